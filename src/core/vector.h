@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+// The vector types of src/: double for setting up the world, float for light. Kernels know none of these.
+#pragma once
+#include <Eigen/Core>
+#include <array>
+
+namespace firn {
+
+using Vec3 = Eigen::Vector3d;   // metres, m/s, ...; world space, right-handed, +Y up
+using Mat3 = Eigen::Matrix3d;
+using Vec3f = Eigen::Vector3f;  // render space (metres from the render origin) or linear RGB
+
+// An axis-aligned box; empty while min > max in any axis.
+struct Bounds {
+  Vec3 min = Vec3::Constant(1e300);
+  Vec3 max = Vec3::Constant(-1e300);
+
+  bool empty() const { return (min.array() > max.array()).any(); }
+  void include(const Vec3& p) {
+    min = min.cwiseMin(p);
+    max = max.cwiseMax(p);
+  }
+  void include(const Bounds& b) {
+    min = min.cwiseMin(b.min);
+    max = max.cwiseMax(b.max);
+  }
+  Vec3 size() const { return empty() ? Vec3::Zero() : Vec3(max - min); }
+  Vec3 center() const { return 0.5 * (min + max); }
+};
+
+}  // namespace firn

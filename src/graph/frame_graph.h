@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// One flow graph owns time: simulate(k+1), trace(k) and write(k-1) run together over circulating slots.
+//
+//   frames --> [join] --> simulate --> trace --> write --+
+//                 ^                                       |
+//                 +---------------- free slots <----------+
+//
+// The message is {frame, slot}, never data; the slots bound memory and the slowest stage throttles the rest.
+#pragma once
+#include <atomic>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "src/particles/snapshot.h"
+#include "src/render/film.h"
+
+namespace firn {
+
+struct FrameSlot {
+  Snapshot snapshot;
+  Film film;
+};
+
+struct FrameStages {
+  // Each gets the frame number and the frame's slot. Returning false stops the run (interrupted); throwing ends it as
+  // an error. simulate runs for one frame at a time and in order; so does write.
+  std::function<bool(int, FrameSlot&)> simulate;
+  std::function<bool(int, FrameSlot&)> trace;
+  std::function<bool(int, FrameSlot&)> write;
+};
+
+struct StageInterval {  // who ran when, for the Chrome trace and the overlap figure
+  const char* stage;    // "simulate", "trace", "write"
+  int frame;
+  double begin, end;    // s since the start of the run
+  int thread;           // of the arena
+};
+
+struct FrameGraphOptions {
+  int first = 0;
+  int last = 0;        // included
+  int slots = 3;       // 1: no overlap
+  int threads = 0;     // 0: all
+};
+
+struct FrameGraphResult {
+  int finished = 0;    // frames whose write returned true
+  bool interrupted = false;
+  std::vector<StageInterval> intervals;  // in order of their ends
+};
+
+// Runs the stages over frames first..last in one arena of `threads`. Rethrows the first exception of a stage after all
+// running stages have ended. `stop` may be set from outside (Ctrl-C): stages poll it.
+FrameGraphResult run_frames(const FrameStages& stages, const FrameGraphOptions& options, std::atomic<bool>& stop);
+
+}  // namespace firn

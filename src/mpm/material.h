@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// Material parameters as a person states them. Derived constants (Lame moduli, wave speeds) come from one function.
+// Sources: neo-Hookean with clamp: the source paper (docs/physics.md), snow: Stomakhin et al. 2013, sections 5 and 6.
+#pragma once
+
+namespace firn {
+
+enum class MaterialModel { neo_hookean, snow };
+
+struct Material {
+  MaterialModel model = MaterialModel::snow;
+  bool plasticity = true;         // off: purely elastic
+  double density = 400;           // kg/m^3, as placed
+  double young_modulus = 1.4e5;   // Pa
+  double poisson_ratio = 0.2;     // -
+  // snow: singular values of F_E are kept in [1 - critical_compression, 1 + critical_stretch]
+  double critical_compression = 2.5e-2;  // theta_c
+  double critical_stretch = 7.5e-3;      // theta_s
+  double hardening = 10;                 // xi; mu and lambda scale by exp(xi (1 - Jp))
+  double jp_min = 0.6;                   // bounds of the plastic volume ratio Jp
+  double jp_max = 20;
+  // neo_hookean: singular values of F are kept in [sigma_min, sigma_max]
+  double sigma_min = 0.975;
+  double sigma_max = 1.0075;
+};
+
+struct ElasticModuli {
+  double mu;            // Pa
+  double lambda;        // Pa
+  double p_wave_speed;  // m/s, sqrt((lambda + 2 mu) / density), unhardened
+  double s_wave_speed;  // m/s
+};
+ElasticModuli elastic_moduli(const Material& material);
+
+}  // namespace firn

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+// The simulation as the rest of firn sees it: made from a setup, advanced to exact times, read through snapshots.
+// Inside (step.cpp): sort by block (when needed) -> P2G -> grid update -> G2P.
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <iosfwd>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "src/core/vector.h"
+#include "src/geometry/shape.h"
+#include "src/mpm/material.h"
+#include "src/particles/snapshot.h"
+
+namespace firn::kernels {
+struct KernelTable;
+}
+
+namespace firn {
+
+enum class Contact { sticky, slip, separating };
+
+struct Collider {
+  std::string name;
+  Shape shape;
+  Contact contact = Contact::separating;
+  double friction = 0.3;  // Coulomb coefficient, for `separating` and `slip`
+};
+
+// The particles of one snow object as they are placed, world space. One entry a particle in each column.
+struct PlacedSnow {
+  std::string name;
+  Material material;
+  std::vector<Vec3> position;  // m
+  std::vector<Vec3> velocity;  // m/s (linear + spin)
+  double particle_mass = 0;    // kg
+  double particle_volume = 0;  // m^3
+};
+
+struct SimulationSetup {
+  double dx = 0.01;                              // m
+  Vec3 gravity = Vec3(0, -9.81, 0);              // m/s^2
+  std::optional<double> fixed_dt;                // s; empty: adaptive
+  double max_dt = 1e-2;                          // s
+  std::vector<PlacedSnow> snow;                  // index = Snapshot::object
+  std::vector<Collider> colliders;
+  // Optional domain box (any pose): particles that leave it leave the simulation and are counted.
+  std::optional<Shape> domain;
+  bool check_energy_bound = true;                // the |v| blow-up check
+};
+
+// What limits dt now, for people: "elastic wave (packed snow, 145 m/s)", "particle speed 3.2 m/s", ...
+struct TimeStep {
+  double dt = 0;  // s
+  std::string cause;
+};
+
+struct Metrics {
+  double time = 0;
+  std::uint64_t steps = 0;         // since the start of the run
+  std::uint64_t particle_steps = 0;
+  std::size_t particles = 0;       // still inside
+  std::size_t particles_left = 0;  // gone through the domain's boundary
+  double mass = 0;                 // kg
+  Vec3 momentum = Vec3::Zero();    // kg m/s
+  Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s about the world origin, with the APIC affine part
+  double kinetic_energy = 0;       // J
+  double elastic_energy = 0;       // J
+  double potential_energy = 0;     // J, -m g.x
+  double volume = 0;               // m^3, sum of V0 * J
+  double max_speed = 0;            // m/s
+  Bounds bounds;                   // of particle centres
+  TimeStep step;                   // last step's dt and its cause
+};
+
+class Simulation {
+ public:
+  // Errors: usage Error when there are no particles, or a particle lies outside the addressable range.
+  Simulation(const kernels::KernelTable& kernels, SimulationSetup setup);
+  ~Simulation();
+  Simulation(Simulation&&) noexcept;
+
+  // Steps until `time` (s) is reached exactly. Returns false if `stop` became true first (the state is then between
+  // two steps and may be saved). Throws an unstable Error that names step, particle and likely cause.
+  bool advance_to(double time, const std::atomic<bool>& stop);
+  void step(double dt);  // one step; for tests and benches
+
+  double time() const;
+  TimeStep stable_step() const;   // the dt that the next step would take at most
+  std::size_t particle_count() const;
+  std::size_t resident_bytes() const;  // all memory of the simulation
+  std::size_t grid_blocks() const;     // active 4x4x4 node blocks
+  Metrics metrics() const;
+  std::uint64_t state_hash() const;    // of every particle column, in id order
+
+  void snapshot(Snapshot& out) const;  // frame is left to the caller
+
+  // The whole state, bit for bit: load(save(s)) continues as s would have.
+  void save(std::ostream& out) const;
+  void load(std::istream& in);         // io Error when it does not fit this setup
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// Bytes that a simulation of this many particles in this many occupied blocks will hold, for `firn check`.
+std::size_t estimate_bytes(std::size_t particles, std::size_t occupied_blocks);
+
+}  // namespace firn

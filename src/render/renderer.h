@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// Renders one snapshot into one film: render grid -> tiles -> packets -> paths -> film.
+#pragma once
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "src/particles/snapshot.h"
+#include "src/render/film.h"
+#include "src/render/setup.h"
+
+namespace firn::kernels {
+struct KernelTable;
+}
+
+namespace firn {
+
+struct RenderStats {
+  double build_seconds = 0;      // render grid
+  double trace_seconds = 0;
+  std::uint64_t rays = 0;        // primary + shadow + bounce
+  std::size_t grid_bytes = 0;
+};
+
+class Renderer {
+ public:
+  // Errors: usage Error for a setup that cannot be rendered (camera on its target, no pixels...).
+  Renderer(const kernels::KernelTable& kernels, RenderSetup setup);
+  ~Renderer();
+  Renderer(Renderer&&) noexcept;
+
+  // `film` is resized. Returns false if `stop` became true first (the film is then incomplete). The same snapshot,
+  // setup and frame number give the same bits for any thread count. An unstable Error if a position is not finite.
+  bool render(const Snapshot& snapshot, Film& film, RenderStats& stats, const std::atomic<bool>& stop);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace firn

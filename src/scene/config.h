@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+// A scene as it was written: plain aggregates with defaults, nested as the file is. schema.cpp lists every key once
+// (name, type, unit, range, default, meaning); parse.cpp fills this; build.cpp turns it into the setups of mpm and render.
+#pragma once
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "src/core/vector.h"
+#include "src/mpm/material.h"
+#include "src/mpm/simulation.h"
+#include "src/render/setup.h"
+
+namespace firn {
+
+// A shape as keys: which of them are meant depends on `shape`.
+struct ShapeConfig {
+  std::string shape;                    // ball box cylinder height_field mesh plane
+  std::optional<Vec3> center;           // ball box cylinder mesh(offset) height_field(offset)
+  std::optional<double> radius;         // ball cylinder
+  std::optional<Vec3> size;             // box: full edge lengths
+  std::optional<double> height;         // cylinder: full height
+  Vec3 rotation = Vec3::Zero();         // degrees, about x, then y, then z
+  std::optional<Vec3> point, normal;    // plane
+  std::optional<std::string> file;      // mesh (OBJ), height_field (PGM or text raster)
+  std::optional<double> scale;          // mesh
+  std::optional<Vec3> extent;           // height_field: width (x), height range (y), depth (z)
+};
+
+struct SnowConfig {
+  std::string name;
+  ShapeConfig shape;
+  Vec3 velocity = Vec3::Zero();         // m/s
+  Vec3 spin = Vec3::Zero();             // rad/s about the shape's centre
+  std::optional<std::string> preset;
+  Material material;
+  int particles_per_cell = 8;
+  SnowLook look;
+};
+
+struct ColliderConfig {
+  std::string name;
+  ShapeConfig shape;
+  Contact contact = Contact::separating;
+  double friction = 0.3;
+  std::string surface;                  // name of a [[surface]]; empty: the default
+  bool visible = true;
+};
+
+struct ObjectConfig {                   // [[object]]: seen, not felt
+  ShapeConfig shape;
+  std::string surface;
+};
+
+struct GroundConfig {                   // [ground]: a plane, felt and seen
+  double height = 0;                    // m
+  Contact contact = Contact::separating;
+  double friction = 0.5;
+  std::string surface;
+};
+
+struct TimeConfig {
+  int frames = 60;
+  double fps = 24;
+  double speed = 1;                     // simulated seconds a movie second
+};
+
+struct SimulationConfig {
+  std::optional<double> dx;             // m
+  std::optional<int> particles_across;  // particles across the smallest snow object, instead of dx
+  std::optional<double> dt;             // s; absent: automatic
+  Vec3 gravity = Vec3(0, -9.81, 0);
+  std::optional<Vec3> domain_min, domain_max;  // m
+  Vec3 domain_rotation = Vec3::Zero();         // degrees
+  std::uint64_t seed = 1;
+};
+
+struct OutputConfig {
+  std::vector<std::string> formats = {"png"};  // png ppm pfm
+  double exposure = 0;                          // stops
+  bool movie = true;
+  bool particles = false;                       // keep every frame's particles for `firn render RUN`
+  int checkpoint_every = 10;                    // frames; 0 = only when interrupted
+};
+
+struct SceneConfig {
+  std::string file;                     // path it was read from
+  std::string name;                     // file stem unless given: names the output folder
+  std::string description;
+  Camera camera;
+  ImageSettings image;
+  TimeConfig time;
+  SimulationConfig simulation;
+  std::vector<SnowConfig> snow;
+  std::optional<GroundConfig> ground;
+  std::vector<ColliderConfig> colliders;
+  std::vector<ObjectConfig> objects;
+  std::vector<Light> lights;
+  std::vector<Surface> surfaces;
+  OutputConfig output;
+};
+
+}  // namespace firn
