@@ -26,16 +26,17 @@ struct Cylinder {
 };
 struct HalfSpace {};  // solid for local y <= 0; its boundary is an unbounded plane
 struct HeightField {
-  std::shared_ptr<const HeightRaster> raster;  // solid from `base` up to height(x, z), inside the raster's rectangle
-  double base = 0;                             // m
+  std::shared_ptr<const HeightRaster>
+      raster;       // solid from `base` up to height(x, z), inside the raster's rectangle
+  double base = 0;  // m
 };
 struct Mesh {
   std::shared_ptr<const TriangleMesh> mesh;  // closed, triangles counter-clockwise seen from outside
 };
 
 struct Pose {
-  Mat3 rotation = Mat3::Identity();   // local to world
-  Vec3 translation = Vec3::Zero();    // m
+  Mat3 rotation = Mat3::Identity();  // local to world
+  Vec3 translation = Vec3::Zero();   // m
   Vec3 to_world(const Vec3& local) const { return rotation * local + translation; }
   Vec3 to_local(const Vec3& world) const { return rotation.transpose() * (world - translation); }
 };
@@ -45,15 +46,16 @@ struct Shape {
   Pose pose;
 };
 
-// Signed distance to the shape's surface (m, negative inside) and the outward unit normal there (its gradient).
+// Signed distance to the shape's surface (m, negative inside) and the outward unit normal there (its
+// gradient).
 struct SurfacePoint {
   double distance;
   Vec3 normal;
 };
 SurfacePoint closest_surface(const Shape& shape, const Vec3& world);
 
-// Negative inside. Exact for ball, box, cylinder, half space, mesh; for a height field the vertical distance scaled to
-// first order by the slope, exact in sign.
+// Negative inside. Exact for ball, box, cylinder, half space, mesh; for a height field the vertical distance
+// scaled to first order by the slope, exact in sign.
 double signed_distance(const Shape& shape, const Vec3& world);
 
 // World bounds; for a HalfSpace, everything (min -inf, max +inf as +-1e300).
