@@ -23,8 +23,8 @@ struct FrameSlot {
 };
 
 struct FrameStages {
-  // Each gets the frame number and the frame's slot. Returning false stops the run (interrupted); throwing ends it as
-  // an error. simulate runs for one frame at a time and in order; so does write.
+  // Each gets the frame number and the frame's slot. Returning false stops the run (interrupted); throwing
+  // ends it as an error. Every stage runs for one frame at a time and in frame order.
   std::function<bool(int, FrameSlot&)> simulate;
   std::function<bool(int, FrameSlot&)> trace;
   std::function<bool(int, FrameSlot&)> write;
@@ -33,25 +33,30 @@ struct FrameStages {
 struct StageInterval {  // who ran when, for the Chrome trace and the overlap figure
   const char* stage;    // "simulate", "trace", "write"
   int frame;
-  double begin, end;    // s since the start of the run
-  int thread;           // of the arena
+  double begin, end;  // s since the start of the run
+  int thread;         // of the arena
 };
 
 struct FrameGraphOptions {
   int first = 0;
-  int last = 0;        // included
-  int slots = 3;       // 1: no overlap
-  int threads = 0;     // 0: all
+  int last = 0;     // included
+  int slots = 3;    // 1: no overlap
+  int threads = 0;  // 0: all
 };
 
 struct FrameGraphResult {
-  int finished = 0;    // frames whose write returned true
+  int finished = 0;  // frames whose write returned true
   bool interrupted = false;
   std::vector<StageInterval> intervals;  // in order of their ends
+  std::vector<Snapshot> pending;  // simulated but not written when the run was interrupted, in frame order
 };
 
-// Runs the stages over frames first..last in one arena of `threads`. Rethrows the first exception of a stage after all
-// running stages have ended. `stop` may be set from outside (Ctrl-C): stages poll it.
-FrameGraphResult run_frames(const FrameStages& stages, const FrameGraphOptions& options, std::atomic<bool>& stop);
+// Runs the stages over frames first..last in one arena of `threads`. `stop` may be set from outside (Ctrl-C):
+// stages poll it and no new frame is begun. A stage that fails on frame k ends the run there: frames before k
+// are still finished, frames after k are dropped, and the first exception is rethrown once every running
+// stage has ended. A failing trace or write also sets `stop`, since nothing that is still simulated could be
+// shown.
+FrameGraphResult run_frames(const FrameStages& stages, const FrameGraphOptions& options,
+                            std::atomic<bool>& stop);
 
 }  // namespace firn

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+// Frame numbers and free slots flow in, finished frames flow out. The stages never see one another: a frame
+// that failed or was stopped travels on as an empty message, so that its slot comes back and the graph always
+// drains by itself. Cancelling the graph instead would drop frames that were already simulated and lose their
+// slots.
+#include "src/graph/frame_graph.h"
+
+#include <tbb/flow_graph.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <chrono>
+#include <climits>
+#include <exception>
+#include <mutex>
+#include <string_view>
+#include <thread>
+#include <tuple>
+#include <utility>
+
+namespace firn {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Ticket = std::tuple<int, int>;  // {frame, slot}
+using Stage = std::function<bool(int, FrameSlot&)>;
+
+// Everything that the nodes share. The stages are serial, so only the log and the outcome need a lock.
+class Run {
+ public:
+  Run(const FrameGraphOptions& options, std::atomic<bool>& stop)
+      : slots(static_cast<std::size_t>(std::max(options.slots, 1))), stop_(stop) {}
+
+  bool wants(int frame) const { return frame < end_.load() && !stop_.load(); }
+
+  // One stage on one frame, unless the run ended before it. True if the stage was completed.
+  bool perform(const char* name, const Stage& stage, int frame, int slot) {
+    if (frame >= end_.load()) return false;
+    const double begin = seconds();
+    bool done = false;
+    try {
+      done = stage(frame, slots[static_cast<std::size_t>(slot)]);
+      if (!done) end_at(frame, nullptr);
+    } catch (...) {
+      end_at(frame, std::current_exception());
+      if (std::string_view(name) != "simulate") stop_.store(true);
+    }
+    const std::lock_guard lock(mutex_);
+    result_.intervals.push_back(
+        {name, frame, begin, seconds(), tbb::this_task_arena::current_thread_index()});
+    return done;
+  }
+
+  FrameGraphResult finish(int first, int last, int simulated, int written) {
+    if (error_) std::rethrow_exception(error_);
+    result_.finished = written - first + 1;
+    result_.interrupted = written < last;
+    for (auto& slot : slots) {
+      const int frame = slot.snapshot.frame;
+      if (frame > written && frame <= simulated) result_.pending.push_back(std::move(slot.snapshot));
+    }
+    std::sort(result_.pending.begin(), result_.pending.end(),
+              [](const Snapshot& a, const Snapshot& b) { return a.frame < b.frame; });
+    return std::move(result_);
+  }
+
+  std::vector<FrameSlot> slots;
+
+ private:
+  double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+  void end_at(int frame, std::exception_ptr error) {
+    const std::lock_guard lock(mutex_);
+    end_.store(std::min(end_.load(), frame));
+    if (!error_) error_ = error;
+  }
+
+  const Clock::time_point start_ = Clock::now();
+  std::atomic<bool>& stop_;
+  std::atomic<int> end_{INT_MAX};  // the first frame that will not be finished
+  std::mutex mutex_;
+  FrameGraphResult result_;
+  std::exception_ptr error_;
+};
+
+FrameGraphResult run_graph(const FrameStages& stages, const FrameGraphOptions& options,
+                           std::atomic<bool>& stop) {
+  namespace flow = tbb::flow;
+  Run run(options, stop);
+  int next = options.first, simulated = options.first - 1,
+      written = options.first - 1;  // each has one serial writer
+
+  flow::graph graph;
+  flow::input_node<int> frames(graph, [&](tbb::flow_control& control) {
+    if (next > options.last || !run.wants(next)) control.stop();
+    return next++;
+  });
+  flow::buffer_node<int> free_slots(graph);
+  flow::join_node<Ticket, flow::reserving> pair(graph);
+  flow::function_node<Ticket, Ticket> simulate(graph, flow::serial, [&](const Ticket& ticket) {
+    const auto [frame, slot] = ticket;
+    run.slots[static_cast<std::size_t>(slot)].snapshot.frame = frame;
+    if (run.perform("simulate", stages.simulate, frame, slot)) simulated = frame;
+    return ticket;
+  });
+  flow::function_node<Ticket, Ticket> trace(graph, flow::serial, [&](const Ticket& ticket) {
+    run.perform("trace", stages.trace, std::get<0>(ticket), std::get<1>(ticket));
+    return ticket;
+  });
+  flow::function_node<Ticket, int> write(graph, flow::serial, [&](const Ticket& ticket) {
+    const auto [frame, slot] = ticket;
+    if (run.perform("write", stages.write, frame, slot)) written = frame;
+    return slot;
+  });
+  flow::make_edge(frames, flow::input_port<0>(pair));
+  flow::make_edge(free_slots, flow::input_port<1>(pair));
+  // A serial node runs one body at a time but starts its next body before it passes the last result on, so
+  // the order between nodes is not kept by itself: a sequencer stands before each stage.
+  const auto number = [&](const Ticket& ticket) {
+    return static_cast<std::size_t>(std::get<0>(ticket) - options.first);
+  };
+  flow::sequencer_node<Ticket> to_simulate(graph, number), to_trace(graph, number), to_write(graph, number);
+  flow::make_edge(pair, to_simulate);
+  flow::make_edge(to_simulate, simulate);
+  flow::make_edge(simulate, to_trace);
+  flow::make_edge(to_trace, trace);
+  flow::make_edge(trace, to_write);
+  flow::make_edge(to_write, write);
+  flow::make_edge(write, free_slots);
+
+  for (int slot = 0; slot < static_cast<int>(run.slots.size()); ++slot) free_slots.try_put(slot);
+  frames.activate();
+  graph.wait_for_all();
+  return run.finish(options.first, options.last, simulated, written);
+}
+
+}  // namespace
+
+FrameGraphResult run_frames(const FrameStages& stages, const FrameGraphOptions& options,
+                            std::atomic<bool>& stop) {
+  const int hardware = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const int threads = options.threads > 0 ? options.threads : hardware;
+  // More threads than cores are allowed when asked for: results must not depend on it, and tests prove that.
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                  static_cast<std::size_t>(std::max(threads, hardware)));
+  tbb::task_arena arena(threads);
+  return arena.execute([&] { return run_graph(stages, options, stop); });
+}
+
+}  // namespace firn

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: MIT
+// The laws of the frame graph, read from the intervals that it records: order, overlap, bounded slots, clean
+// ends. Stage bodies only record (Catch2 2's assertions are not thread-safe); everything is asserted
+// afterwards.
+#include <atomic>
+#include <chrono>
+#include <mutex>
+#include <set>
+#include <stdexcept>
+#include <string_view>
+#include <thread>
+
+#include "src/core/error.h"
+#include "src/core/parallel.h"
+#include "src/graph/frame_graph.h"
+#include "tests/catch.h"
+
+using namespace firn;
+
+namespace {
+
+bool rest(int milliseconds) {
+  std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+  return true;
+}
+
+FrameStages sleeping_stages(int simulate, int trace, int write) {
+  return {[=](int, FrameSlot&) { return rest(simulate); }, [=](int, FrameSlot&) { return rest(trace); },
+          [=](int, FrameSlot&) { return rest(write); }};
+}
+
+FrameGraphResult run(const FrameStages& stages, FrameGraphOptions options) {
+  std::atomic<bool> stop{false};
+  return run_frames(stages, options, stop);
+}
+
+StageInterval find(const FrameGraphResult& result, std::string_view stage, int frame) {
+  for (const auto& i : result.intervals) {
+    if (stage == i.stage && frame == i.frame) return i;
+  }
+  throw std::runtime_error("no such interval");
+}
+
+bool overlap(const StageInterval& a, const StageInterval& b) { return a.begin < b.end && b.begin < a.end; }
+
+}  // namespace
+
+TEST_CASE("With two or more slots, frame k+1 is simulated while frame k is traced, for every k") {
+  const int slots = GENERATE(2, 3);
+  const auto result = run(sleeping_stages(25, 20, 2), {0, 7, slots, 4});
+  REQUIRE(result.finished == 8);
+  for (int k = 0; k < 7; ++k) {
+    INFO("slots " << slots << ", frame " << k);
+    CHECK(overlap(find(result, "trace", k), find(result, "simulate", k + 1)));
+  }
+}
+
+TEST_CASE("With one slot nothing overlaps") {
+  const auto result = run(sleeping_stages(3, 3, 3), {0, 5, 1, 4});
+  REQUIRE(result.intervals.size() == 18);
+  for (std::size_t i = 0; i < 18; ++i) {
+    for (std::size_t j = i + 1; j < 18; ++j) CHECK_FALSE(overlap(result.intervals[i], result.intervals[j]));
+  }
+}
+
+TEST_CASE("Every stage takes the frames one at a time and in order, also when early frames are slow") {
+  std::vector<int> seen[3];
+  FrameStages stages;
+  stages.simulate = [&](int f, FrameSlot&) { return seen[0].push_back(f), rest(f % 3 == 0 ? 6 : 0); };
+  stages.trace = [&](int f, FrameSlot&) { return seen[1].push_back(f), rest(f % 4 == 0 ? 8 : 1); };
+  stages.write = [&](int f, FrameSlot&) { return seen[2].push_back(f), rest(f % 2); };
+  run(stages, {3, 22, 4, 4});
+  std::vector<int> expected;
+  for (int f = 3; f <= 22; ++f) expected.push_back(f);
+  for (const auto& order : seen) CHECK(order == expected);
+}
+
+TEST_CASE("A frame keeps its slot through all stages and no slot serves two frames at once") {
+  std::mutex mutex;
+  std::set<FrameSlot*> all, busy;
+  bool shared = false, moved = false;
+  FrameStages stages;
+  stages.simulate = [&](int f, FrameSlot& slot) {
+    const std::lock_guard lock(mutex);
+    all.insert(&slot);
+    shared |= !busy.insert(&slot).second;
+    slot.snapshot.time = f;
+    return rest(1);
+  };
+  stages.trace = [&](int f, FrameSlot& slot) { return moved |= slot.snapshot.time != f, rest(3); };
+  stages.write = [&](int f, FrameSlot& slot) {
+    const std::lock_guard lock(mutex);
+    moved |= slot.snapshot.time != f || slot.snapshot.frame != f;
+    busy.erase(&slot);
+    return true;
+  };
+  run(stages, {0, 30, 3, 4});
+  CHECK(all.size() <= 3);
+  CHECK_FALSE(shared);
+  CHECK_FALSE(moved);
+}
+
+TEST_CASE("One thread is enough, with nested parallel loops in every stage") {
+  const int slots = GENERATE(1, 2, 3);
+  const int threads = GENERATE(1, 2);
+  std::atomic<int> items{0};
+  const auto loop = [&](int, FrameSlot&) {
+    parallel_for(100, 1, [&](std::size_t) { ++items; });
+    return true;
+  };
+  CHECK(run({loop, loop, loop}, {0, 9, slots, threads}).finished == 10);
+  CHECK(items == 3000);
+}
+
+TEST_CASE("An exception of the simulation comes out after all earlier frames are written") {
+  std::vector<int> written;
+  FrameStages stages = sleeping_stages(1, 10, 1);
+  stages.simulate = [](int f, FrameSlot&) {
+    if (f == 4) throw Error(ExitCode::unstable, "", "blew up");
+    return true;
+  };
+  stages.write = [&](int f, FrameSlot&) { return written.push_back(f), true; };
+  std::atomic<bool> stop{false};
+  try {
+    run_frames(stages, {0, 20, 3, 2}, stop);
+    FAIL("no exception");
+  } catch (const Error& error) {
+    CHECK(error.code() == ExitCode::unstable);
+  }
+  CHECK(written == std::vector<int>{0, 1, 2, 3});
+}
+
+TEST_CASE("An exception of a later stage stops the simulation and comes out") {
+  const bool in_write = GENERATE(false, true);
+  std::atomic<int> last{0};
+  FrameStages stages = sleeping_stages(1, 1, 1);
+  const auto fail = [](int f, FrameSlot&) {
+    if (f == 2) throw std::runtime_error("disk full");
+    return true;
+  };
+  stages.simulate = [&](int f, FrameSlot&) { return last = f, true; };
+  (in_write ? stages.write : stages.trace) = fail;
+  std::atomic<bool> stop{false};
+  CHECK_THROWS_WITH(run_frames(stages, {0, 1000, 3, 2}, stop), "disk full");
+  CHECK(stop);
+  CHECK(last < 20);
+}
+
+TEST_CASE("A stopped run finishes what was traced and hands back what was simulated but not written") {
+  std::atomic<bool> stop{false};
+  std::vector<int> written;
+  FrameStages stages;
+  stages.simulate = [&](int f, FrameSlot&) {
+    rest(2);
+    if (f == 6) {
+      while (!stop) rest(1);
+      return false;
+    }
+    return true;
+  };
+  stages.trace = [&](int f, FrameSlot&) {
+    if (f == 4) stop = true;
+    return !stop;
+  };
+  stages.write = [&](int f, FrameSlot&) { return written.push_back(f), true; };
+  const auto result = run_frames(stages, {0, 50, 3, 4}, stop);
+  CHECK(result.interrupted);
+  CHECK(result.finished == 4);
+  CHECK(written == std::vector<int>{0, 1, 2, 3});
+  REQUIRE(!result.pending.empty());
+  for (std::size_t i = 0; i < result.pending.size(); ++i)
+    CHECK(result.pending[i].frame == 4 + static_cast<int>(i));
+}
+
+TEST_CASE("A run that was stopped before it began does nothing and says so") {
+  std::atomic<bool> stop{true};
+  const auto result = run_frames(sleeping_stages(1, 1, 1), {0, 3, 2, 2}, stop);
+  CHECK(result.finished == 0);
+  CHECK(result.interrupted);
+  CHECK(result.intervals.empty());
+}
