@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// Everything that an interrupted run needs to go on as if it had not been: the simulation's own stream, and
+// the frames that it had passed but that were not yet written. One file, replaced as a whole, so that it
+// always fits itself.
+//
+//   "FIRNCKPT"  u32 version  u64 hash of the resolved scene  i32 frame  u32 pending frames
+//   { u64 bytes, particle file } x pending    u64 bytes, Simulation::save stream    u64 XXH3 of all before
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "src/particles/snapshot.h"
+
+namespace firn {
+
+struct Checkpoint {
+  std::uint64_t scene_hash = 0;
+  int frame = -1;                 // the last frame whose time the simulation has reached
+  std::vector<Snapshot> pending;  // frames up to `frame` that were not written, in order
+  std::string state;              // what Simulation::save wrote
+};
+
+void write_checkpoint(const std::filesystem::path& path, const Checkpoint& checkpoint);
+// Errors: io Error for a missing or damaged file, or one of another scene than `scene_hash`.
+Checkpoint read_checkpoint(const std::filesystem::path& path, std::uint64_t scene_hash);
+
+}  // namespace firn

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+// Whole files in and out. A file appears under its name only when it is complete: bytes go to a temporary
+// name beside it, are flushed to the disk, then renamed. So a full disk, a crash or a power cut leaves the
+// old file or none.
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace firn {
+
+// Errors: io Error that names the path and the system's reason.
+void write_file(const std::filesystem::path& path, std::string_view bytes);
+std::string read_file(const std::filesystem::path& path);
+
+std::uint64_t hash_bytes(const void* bytes, std::size_t size);  // XXH3, 64 bits
+std::string hex(std::uint64_t hash);                            // 16 lower-case digits
+
+}  // namespace firn

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+// PNG goes through libpng's simplified interface: one call each way, errors as a message instead of longjmp.
+#include "src/io/images.h"
+
+#include <png.h>
+
+#include <bit>
+#include <cstring>
+#include <sstream>
+
+#include "src/core/error.h"
+#include "src/io/file.h"
+
+namespace firn {
+namespace {
+
+static_assert(std::endian::native == std::endian::little,
+              "PFM and particle files are written as memory holds them");
+
+[[noreturn]] void fail(const std::filesystem::path& path, const std::string& what) {
+  throw Error(ExitCode::io, path.string(), what);
+}
+
+png_image png_header(const Image8& image) {
+  png_image header{};
+  header.version = PNG_IMAGE_VERSION;
+  header.width = static_cast<png_uint_32>(image.width);
+  header.height = static_cast<png_uint_32>(image.height);
+  header.format = PNG_FORMAT_RGB;
+  return header;
+}
+
+// The header of PPM and PFM: magic, width, height and one number, then a single white space and `bytes` of
+// pixels.
+struct Netpbm {
+  int width = 0;
+  int height = 0;
+  double number = 0;
+  const char* pixels = nullptr;
+};
+
+Netpbm parse_netpbm(const std::filesystem::path& path, const std::string& file, const char* magic,
+                    std::size_t pixel) {
+  std::istringstream in(file.substr(0, 64));
+  std::string word;
+  Netpbm header;
+  if (!(in >> word >> header.width >> header.height >> header.number) || word != magic) {
+    fail(path, std::string("not a ") + magic + " image");
+  }
+  const std::size_t start = static_cast<std::size_t>(in.tellg()) + 1;
+  const bool sized = header.width > 0 && header.height > 0;
+  const std::size_t bytes = sized ? pixel * static_cast<std::size_t>(header.width) * header.height : 0;
+  if (!sized || file.size() != start + bytes) fail(path, "damaged image: its size does not fit its header");
+  header.pixels = file.data() + start;
+  return header;
+}
+
+}  // namespace
+
+std::string encode_png(const Image8& image) {
+  png_image header = png_header(image);
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(header);
+  std::string bytes(size, '\0');
+  if (!png_image_write_to_memory(&header, bytes.data(), &size, 0, image.rgb.data(), 0, nullptr)) {
+    throw Error(ExitCode::failed, "png", header.message);
+  }
+  bytes.resize(size);
+  return bytes;
+}
+
+std::string encode_ppm(const Image8& image) {
+  std::string bytes = "P6\n" + std::to_string(image.width) + " " + std::to_string(image.height) + "\n255\n";
+  return bytes.append(reinterpret_cast<const char*>(image.rgb.data()), image.rgb.size());
+}
+
+std::string encode_pfm(const Film& film) {
+  std::string bytes = "PF\n" + std::to_string(film.width) + " " + std::to_string(film.height) + "\n-1.0\n";
+  const std::size_t row = 3 * static_cast<std::size_t>(film.width);
+  for (int y = film.height; y-- > 0;) {
+    bytes.append(reinterpret_cast<const char*>(&film.rgb[row * y]), row * sizeof(float));
+  }
+  return bytes;
+}
+
+std::string encode_film(const Film& film, const std::string& format, double exposure) {
+  if (format == "pfm") return encode_pfm(film);
+  const Image8 image = develop(film, exposure);
+  if (format == "png") return encode_png(image);
+  if (format == "ppm") return encode_ppm(image);
+  throw Error(ExitCode::usage, "output.formats", "'" + format + "' is not one of png, ppm, pfm");
+}
+
+Image8 read_png(const std::filesystem::path& path) {
+  const std::string file = read_file(path);
+  png_image header{};
+  header.version = PNG_IMAGE_VERSION;
+  if (!png_image_begin_read_from_memory(&header, file.data(), file.size())) fail(path, header.message);
+  header.format = PNG_FORMAT_RGB;
+  Image8 image{static_cast<int>(header.width), static_cast<int>(header.height), {}};
+  image.rgb.resize(PNG_IMAGE_SIZE(header));
+  if (!png_image_finish_read(&header, nullptr, image.rgb.data(), 0, nullptr)) fail(path, header.message);
+  return image;
+}
+
+Image8 read_ppm(const std::filesystem::path& path) {
+  const std::string file = read_file(path);
+  const Netpbm header = parse_netpbm(path, file, "P6", 3);
+  if (header.number != 255) fail(path, "only 8-bit PPM images are read");
+  Image8 image{header.width, header.height, {}};
+  image.rgb.assign(header.pixels, file.data() + file.size());
+  return image;
+}
+
+Film read_pfm(const std::filesystem::path& path) {
+  const std::string file = read_file(path);
+  const Netpbm header = parse_netpbm(path, file, "PF", 3 * sizeof(float));
+  if (header.number >= 0) fail(path, "only little-endian PFM images are read");
+  Film film;
+  film.resize(header.width, header.height);
+  const std::size_t row = 3 * sizeof(float) * static_cast<std::size_t>(header.width);
+  for (int y = 0; y < header.height; ++y) {
+    std::memcpy(film.pixel(0, y), header.pixels + row * (header.height - 1 - y), row);
+  }
+  return film;
+}
+
+Image8 read_image8(const std::filesystem::path& path) {
+  return path.extension() == ".ppm" ? read_ppm(path) : read_png(path);
+}
+
+}  // namespace firn

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+#include "src/io/log.h"
+
+#include "src/core/error.h"
+#include "src/io/version.h"
+
+namespace firn {
+
+void Log::open(const std::filesystem::path& path) {
+  out_.open(path, std::ios::app);
+  if (!out_) throw Error(ExitCode::io, path.string(), "cannot write the log");
+}
+
+void Log::add(const std::string& line) {
+  const std::lock_guard lock(mutex_);
+  if (out_.is_open()) out_ << utc_now() << "  " << line << std::endl;
+}
+
+}  // namespace firn

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: MIT
+// The only file that knows the JSON library. Each struct is written and read by one list of its fields.
+#include "src/io/manifest.h"
+
+#include <nlohmann/json.hpp>
+
+#include "src/core/error.h"
+#include "src/io/file.h"
+
+namespace firn {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Visits every field of a record by name; the same list serves writing (F stores) and reading (F loads).
+template <class M, class F>
+void metrics_fields(M& m, F&& field) {
+  field("time_s", m.time);
+  field("steps", m.steps);
+  field("particle_steps", m.particle_steps);
+  field("particles", m.particles);
+  field("particles_left", m.particles_left);
+  field("mass_kg", m.mass);
+  field("momentum_kg_m_s", m.momentum);
+  field("angular_momentum_kg_m2_s", m.angular_momentum);
+  field("kinetic_energy_J", m.kinetic_energy);
+  field("elastic_energy_J", m.elastic_energy);
+  field("potential_energy_J", m.potential_energy);
+  field("volume_m3", m.volume);
+  field("max_speed_m_s", m.max_speed);
+  field("bounds_min_m", m.bounds.min);
+  field("bounds_max_m", m.bounds.max);
+  field("dt_s", m.step.dt);
+  field("dt_cause", m.step.cause);
+}
+
+template <class R, class F>
+void frame_fields(R& r, F&& field) {
+  field("frame", r.frame);
+  field("simulate_s", r.simulate_seconds);
+  field("trace_s", r.trace_seconds);
+  field("write_s", r.write_seconds);
+  field("rays", r.rays);
+  field("particle_steps", r.particle_steps);
+  field("metrics", r.metrics);
+  field("particles_hash", r.particles_hash);
+  field("film_hash", r.film_hash);
+  field("files", r.files);
+}
+
+template <class M, class F>
+void manifest_fields(M& m, F&& field) {
+  field("status", m.status);
+  field("error", m.error);
+  field("command", m.command);
+  field("version", m.version);
+  field("revision", m.revision);
+  field("compiler", m.compiler);
+  field("build_type", m.build_type);
+  field("cpu", m.cpu);
+  field("isa", m.isa);
+  field("threads", m.threads);
+  field("slots", m.slots);
+  field("force", m.force);
+  field("seed", m.seed);
+  field("started", m.started);
+  field("wall_s", m.wall_seconds);
+  field("first_frame", m.first);
+  field("last_frame", m.last);
+  field("pictures", m.pictures);
+  field("particles", m.particles);
+  field("bytes_per_particle", m.bytes_per_particle);
+  field("movie", m.movie);
+  field("frames", m.frames);
+  field("scene_file", m.scene_file);
+  field("scene_hash", m.scene_hash);
+  field("scene", m.scene);
+}
+
+struct Store {
+  Json& json;
+  template <class T>
+  void operator()(const char* name, const T& value) const {
+    json[name] = value;
+  }
+  void operator()(const char* name, const Vec3& v) const { json[name] = {v.x(), v.y(), v.z()}; }
+  void operator()(const char* name, const Metrics& m) const {
+    metrics_fields(m, Store{json[name] = Json::object()});
+  }
+  void operator()(const char* name, const std::vector<FrameRecord>& frames) const {
+    Json& list = json[name] = Json::array();
+    for (const auto& frame : frames) frame_fields(frame, Store{list.emplace_back(Json::object())});
+  }
+  void operator()(const char* name, const std::vector<std::pair<std::string, std::string>>& files) const {
+    Json& map = json[name] = Json::object();
+    for (const auto& [file, hash] : files) map[file] = hash;
+  }
+};
+
+struct Load {
+  const Json& json;
+  template <class T>
+  void operator()(const char* name, T& value) const {
+    json.at(name).get_to(value);
+  }
+  void operator()(const char* name, double& value) const {  // JSON has no NaN: it was written as null
+    value = json.at(name).is_null() ? 0.0 : json.at(name).get<double>();
+  }
+  void operator()(const char* name, Vec3& v) const {
+    for (int axis = 0; axis < 3; ++axis)
+      v[axis] = json.at(name).at(static_cast<std::size_t>(axis)).get<double>();
+  }
+  void operator()(const char* name, Metrics& m) const { metrics_fields(m, Load{json.at(name)}); }
+  void operator()(const char* name, std::vector<FrameRecord>& frames) const {
+    for (const auto& item : json.at(name)) frame_fields(frames.emplace_back(), Load{item});
+  }
+  void operator()(const char* name, std::vector<std::pair<std::string, std::string>>& files) const {
+    for (const auto& [file, hash] : json.at(name).items())
+      files.emplace_back(file, hash.template get<std::string>());
+  }
+};
+
+}  // namespace
+
+void write_manifest(const std::filesystem::path& path, const Manifest& manifest) {
+  Json json = Json::object();
+  manifest_fields(manifest, Store{json});
+  write_file(path, json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+Manifest read_manifest(const std::filesystem::path& path) {
+  Manifest manifest;
+  try {
+    const Json json = Json::parse(read_file(path));
+    manifest_fields(manifest, Load{json});
+  } catch (const nlohmann::json::exception& error) {
+    throw Error(ExitCode::io, path.string(), std::string("not a manifest of firn: ") + error.what());
+  }
+  return manifest;
+}
+
+}  // namespace firn

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// run.json: what made this run, what it did and the hashes of what came out; enough to repeat, resume and
+// compare it.
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "src/mpm/simulation.h"
+
+namespace firn {
+
+struct FrameRecord {
+  int frame = 0;
+  double simulate_seconds = 0, trace_seconds = 0, write_seconds = 0;
+  std::uint64_t rays = 0;
+  std::uint64_t particle_steps = 0;  // of this frame alone
+  Metrics metrics;
+  std::string particles_hash;                              // of the snapshot's columns
+  std::string film_hash;                                   // of the linear film; empty without pictures
+  std::vector<std::pair<std::string, std::string>> files;  // path in the run folder, hash of its bytes
+};
+
+struct Manifest {
+  std::string status = "running";  // running, complete, interrupted, failed
+  std::string error;               // one line, when failed
+  std::string command;             // as typed
+  std::string version, revision, compiler, build_type, cpu, isa;
+  int threads = 0;
+  int slots = 0;
+  bool force = false;
+  std::uint64_t seed = 0;
+  std::string started;      // UTC
+  double wall_seconds = 0;  // of all sessions together
+  int first = 0, last = 0;  // frames, included
+  bool pictures = true;     // false: `firn simulate`
+  bool particles = false;   // particle files are kept
+  std::string scene_file;   // absolute path; other files that the scene names are relative to it
+  std::string scene;        // resolved, as TOML
+  std::string scene_hash;
+  double bytes_per_particle = 0;    // of the simulation, grid included
+  std::string movie;                // file name, empty if none
+  std::vector<FrameRecord> frames;  // finished ones, in order
+};
+
+void write_manifest(const std::filesystem::path& path, const Manifest& manifest);
+// Errors: io Error for a missing or damaged file.
+Manifest read_manifest(const std::filesystem::path& path);
+
+}  // namespace firn

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// Numbers are written with 17 significant digits: they read back to the same double.
+#include "src/io/metrics_csv.h"
+
+#include <cstdlib>
+#include <sstream>
+
+#include "src/core/error.h"
+#include "src/io/file.h"
+
+namespace firn {
+namespace {
+
+constexpr const char* kHeader =
+    "frame,time_s,steps,particle_steps,particles,particles_left,mass_kg,momentum_x_kg_m_s,momentum_y_kg_m_s,"
+    "momentum_z_kg_m_s,angular_momentum_x_kg_m2_s,angular_momentum_y_kg_m2_s,angular_momentum_z_kg_m2_s,"
+    "kinetic_energy_J,elastic_energy_J,potential_energy_J,volume_m3,max_speed_m_s,min_x_m,min_y_m,min_z_m,"
+    "max_x_m,"
+    "max_y_m,max_z_m,dt_s,dt_cause\n";
+
+std::string kept_rows(const std::filesystem::path& path, int first) {
+  std::string kept = kHeader, line;
+  if (!std::filesystem::exists(path)) return kept;
+  std::istringstream in(read_file(path));
+  std::getline(in, line);
+  while (std::getline(in, line) && !line.empty() && std::atoi(line.c_str()) < first) kept += line + "\n";
+  return kept;
+}
+
+void put_vector(std::ostream& out, const Vec3& v) { out << ',' << v.x() << ',' << v.y() << ',' << v.z(); }
+
+}  // namespace
+
+MetricsCsv::MetricsCsv(const std::filesystem::path& path, int first) : path_(path) {
+  write_file(path, kept_rows(path, first));
+  out_.open(path, std::ios::app);
+}
+
+void MetricsCsv::add(int frame, const Metrics& m) {
+  std::ostringstream row;
+  row.precision(17);
+  row << frame << ',' << m.time << ',' << m.steps << ',' << m.particle_steps << ',' << m.particles << ','
+      << m.particles_left << ',' << m.mass;
+  put_vector(row, m.momentum);
+  put_vector(row, m.angular_momentum);
+  row << ',' << m.kinetic_energy << ',' << m.elastic_energy << ',' << m.potential_energy << ',' << m.volume
+      << ',' << m.max_speed;
+  put_vector(row, m.bounds.min);
+  put_vector(row, m.bounds.max);
+  row << ',' << m.step.dt << ",\"" << m.step.cause << "\"\n";
+  out_ << row.str() << std::flush;
+  if (!out_) throw Error(ExitCode::io, path_.string(), "cannot write: is the disk full?");
+}
+
+}  // namespace firn

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT
+#include "src/io/run_folder.h"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
+#include "src/core/error.h"
+#include "src/io/file.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Everything that a run writes; --overwrite removes these and nothing else.
+constexpr const char* kOwnNames[] = {
+    "run.json", "scene.resolved.toml", "log.txt",     "metrics.csv", "trace.json",
+    "frames",   "particles",           "checkpoints", "movie.mp4",   "movie.webp"};
+
+[[noreturn]] void fail(const fs::path& path, const std::string& reason) {
+  throw Error(ExitCode::io, path.string(), "cannot write into this folder: " + reason);
+}
+
+bool present(const fs::path& path) {
+  std::error_code ignored;
+  return fs::exists(fs::symlink_status(path, ignored));
+}
+
+// Makes `path` and its missing parents and returns those it made. One mkdir a folder: of two runs that want
+// the same free name only one gets it.
+std::vector<fs::path> make_folders(const fs::path& path) {
+  std::vector<fs::path> missing, made;
+  for (fs::path p = fs::absolute(path).lexically_normal(); !p.empty() && !present(p); p = p.parent_path()) {
+    if (p.has_filename()) missing.insert(missing.begin(), p);
+  }
+  for (const auto& p : missing) {
+    std::error_code error;
+    if (fs::create_directory(p, error)) made.push_back(p);
+    if (error) {
+      for (auto it = made.rbegin(); it != made.rend(); ++it) fs::remove(*it, error);
+      fail(path, std::strerror(errno));
+    }
+  }
+  return made;
+}
+
+void probe(const fs::path& folder) {
+  const fs::path file = folder / ".firn-probe";
+  std::FILE* probe = std::fopen(file.c_str(), "wb");
+  if (!probe) fail(folder, std::strerror(errno));
+  std::fclose(probe);
+  std::error_code ignored;
+  fs::remove(file, ignored);
+}
+
+void refuse_foreign_files(const fs::path& folder, bool overwrite) {
+  const std::string name = folder.string();
+  if (present(folder / "run.json")) {
+    if (overwrite) return;
+    throw Error(ExitCode::usage, name,
+                "this folder holds a run; continue it with 'firn resume " + name +
+                    "', replace it with --overwrite, or give another --out");
+  }
+  for (const char* own : kOwnNames) {
+    if (present(folder / own)) {
+      throw Error(
+          ExitCode::usage, name,
+          std::string("this folder has a '") + own + "' that no run of firn made; give another --out");
+    }
+  }
+}
+
+}  // namespace
+
+RunFolder RunFolder::take(const std::string& scene, const std::optional<std::string>& out, bool overwrite) {
+  RunFolder folder;
+  folder.overwrite_ = overwrite;
+  folder.path_ = out ? fs::path(*out) : fs::path("out") / scene;
+  if (!out) {
+    for (int n = 2; present(folder.path_); ++n)
+      folder.path_ = fs::path("out") / (scene + "-" + std::to_string(n));
+  }
+  std::error_code error;
+  if (present(folder.path_) && !fs::is_directory(folder.path_, error)) fail(folder.path_, "it is a file");
+  folder.made_ = make_folders(folder.path_);
+  probe(folder.path_);
+  refuse_foreign_files(folder.path_, overwrite);
+  return folder;
+}
+
+RunFolder RunFolder::open(const fs::path& path) {
+  RunFolder folder;
+  folder.path_ = path;
+  if (!present(folder.manifest())) {
+    throw Error(ExitCode::io, path.string(), "no run is in this folder (it has no run.json)");
+  }
+  probe(path);
+  return folder;
+}
+
+RunFolder::RunFolder(RunFolder&& other) noexcept
+    : path_(std::move(other.path_)), made_(std::move(other.made_)), overwrite_(other.overwrite_) {
+  other.made_.clear();
+}
+
+RunFolder::~RunFolder() {
+  std::error_code ignored;  // a folder that is no longer empty stays
+  for (auto it = made_.rbegin(); it != made_.rend(); ++it) fs::remove(*it, ignored);
+}
+
+void RunFolder::begin() {
+  made_.clear();
+  std::error_code error;
+  if (overwrite_) {
+    for (const char* own : kOwnNames) {
+      fs::remove_all(path_ / own, error);
+      if (error) fail(path_ / own, error.message());
+    }
+  }
+  for (const char* inner : {"frames", "particles", "checkpoints"}) {
+    fs::create_directory(path_ / inner, error);
+    if (error) fail(path_ / inner, error.message());
+  }
+}
+
+fs::path RunFolder::frame(int number, const std::string& extension) const {
+  char name[32];
+  std::snprintf(name, sizeof name, "%04d.", number);
+  return frames() / (name + extension);
+}
+
+fs::path RunFolder::particle_file(int number) const {
+  char name[32];
+  std::snprintf(name, sizeof name, "%04d.firn", number);
+  return particles() / name;
+}
+
+}  // namespace firn

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+// Movies: the WebP decodes to the frames at their times; the ffmpeg command is what a shell would run.
+#include <webp/demux.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "src/core/error.h"
+#include "src/io/file.h"
+#include "src/io/images.h"
+#include "src/io/movie.h"
+#include "tests/catch.h"
+#include "tests/io/scratch.h"
+
+using namespace firn;
+
+namespace {
+
+// A smooth picture with a disc that moves from frame to frame.
+Image8 moving_disc(int frame) {
+  Image8 image{64, 48, std::vector<std::uint8_t>(64 * 48 * 3)};
+  for (int y = 0; y < 48; ++y) {
+    for (int x = 0; x < 64; ++x) {
+      const bool inside = std::hypot(x - 12.0 - 10 * frame, y - 24.0) < 9;
+      std::uint8_t* pixel = &image.rgb[3 * (static_cast<std::size_t>(y) * 64 + x)];
+      pixel[0] = pixel[1] = pixel[2] = static_cast<std::uint8_t>(inside ? 230 : 40 + y);
+    }
+  }
+  return image;
+}
+
+MovieJob write_frames(const Scratch& scratch, int first, int last) {
+  for (int frame = first; frame <= last; ++frame) {
+    write_file(scratch / ("000" + std::to_string(frame) + ".png"), encode_png(moving_disc(frame - first)));
+  }
+  return {scratch.path(), "png", first, last, 24, scratch / "movie"};
+}
+
+double mean_difference(const std::uint8_t* rgba, const Image8& image) {
+  double sum = 0;
+  for (std::size_t i = 0; i < image.rgb.size(); ++i) sum += std::abs(rgba[i / 3 * 4 + i % 3] - image.rgb[i]);
+  return sum / static_cast<double>(image.rgb.size());
+}
+
+}  // namespace
+
+TEST_CASE("The animated WebP decodes to the frames, in order and at their times") {
+  Scratch scratch;
+  const MovieJob job = write_frames(scratch, 2, 6);
+  const std::atomic<bool> stop{false};
+  const std::string bytes = read_file(make_webp(job, stop));
+  const WebPData webp{reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
+  WebPAnimDecoder* decoder = WebPAnimDecoderNew(&webp, nullptr);
+  REQUIRE(decoder != nullptr);
+  WebPAnimInfo about;
+  WebPAnimDecoderGetInfo(decoder, &about);
+  CHECK(about.frame_count == 5);
+  CHECK(about.canvas_width == 64);
+  CHECK(about.loop_count == 0);
+  for (int frame = 0; frame < 5; ++frame) {
+    std::uint8_t* pixels = nullptr;
+    int end = 0;
+    REQUIRE(WebPAnimDecoderGetNext(decoder, &pixels, &end));
+    CHECK(end == std::lround(1000.0 * (frame + 1) / 24));
+    CHECK(mean_difference(pixels, moving_disc(frame)) < 4);
+    if (frame > 0) CHECK(mean_difference(pixels, moving_disc(frame - 1)) > 8);
+  }
+  WebPAnimDecoderDelete(decoder);
+}
+
+TEST_CASE("A missing frame is an error that names it, and no movie appears") {
+  Scratch scratch;
+  MovieJob job = write_frames(scratch, 0, 2);
+  job.last = 3;
+  const std::atomic<bool> stop{false};
+  CHECK_THROWS_WITH(make_webp(job, stop), contains("0003.png"));
+  CHECK_FALSE(std::filesystem::exists(scratch / "movie.webp"));
+}
+
+TEST_CASE("The ffmpeg command starts at the first frame, and its line is safe to paste into a shell") {
+  const MovieJob job{"out/it's here/frames", "png", 12, 24, 12.5, "out/it's here/movie"};
+  const auto words = ffmpeg_command(job);
+  const auto after = [&](const std::string& word) {
+    return *(std::find(words.begin(), words.end(), word) + 1);
+  };
+  CHECK(words[0] == "ffmpeg");
+  CHECK(after("-framerate") == "12.5");
+  CHECK(after("-start_number") == "12");
+  CHECK(after("-frames:v") == "13");
+  CHECK(after("-i") == "out/it's here/frames/%04d.png");
+  CHECK_THAT(shell_line(words), contains("-i 'out/it'\\''s here/frames/%04d.png'"));
+}
+
+TEST_CASE("A failing ffmpeg is an error with the last thing it said, and leaves no file") {
+  Scratch scratch;
+  const auto program = scratch / "ffmpeg";
+  write_file(program, "#!/bin/sh\necho first >&2\necho 'no such codec' >&2\nexit 1\n");
+  std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+  const std::string old = std::getenv("PATH");
+  ::setenv("PATH", (scratch.path().string() + ":" + old).c_str(), 1);
+  CHECK(find_program("ffmpeg") == program);
+  CHECK_THROWS_WITH(make_mp4(write_frames(scratch, 0, 1)),
+                    contains("movie.mp4") && contains("no such codec"));
+  ::setenv("PATH", old.c_str(), 1);
+  CHECK_FALSE(std::filesystem::exists(scratch / "movie.mp4"));
+}

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+// Particle files and checkpoints come back bit for bit, or not at all.
+#include <cstring>
+#include <limits>
+
+#include "src/core/error.h"
+#include "src/core/rng.h"
+#include "src/io/checkpoint.h"
+#include "src/io/file.h"
+#include "src/io/particle_file.h"
+#include "tests/catch.h"
+#include "tests/io/scratch.h"
+
+using namespace firn;
+
+namespace {
+
+Snapshot random_snapshot(std::size_t count, int frame) {
+  Snapshot s;
+  s.frame = frame;
+  s.time = frame / 24.0;
+  s.origin = Vec3(100, -0.1, 1e-9);
+  s.dx = 0.01;
+  s.resize(count);
+  std::uint64_t key = static_cast<std::uint64_t>(frame);
+  s.for_each_column([&](auto& column) {
+    using Value = std::decay_t<decltype(column[0])>;
+    for (auto& value : column) {
+      const auto bits = static_cast<std::uint32_t>(hash_keys(3, ++key));
+      std::memcpy(&value, &bits, sizeof(Value));  // any bits at all, NaN and denormals included
+    }
+  });
+  return s;
+}
+
+bool same(Snapshot a, Snapshot b) {
+  if (a.frame != b.frame || a.time != b.time || a.origin != b.origin || a.dx != b.dx) return false;
+  return encode_snapshot(a) == encode_snapshot(b);
+}
+
+}  // namespace
+
+TEST_CASE("A particle file reads back bit for bit") {
+  Scratch scratch;
+  for (const std::size_t count : {0, 1, 1003}) {
+    const Snapshot out = random_snapshot(count, 5);
+    write_particle_file(scratch / "p.firn", out);
+    Snapshot in = read_particle_file(scratch / "p.firn");
+    REQUIRE(in.size() == count);
+    CHECK(same(in, out));
+    CHECK(std::memcmp(in.x[2].data(), out.x[2].data(), 4 * count) == 0);
+    CHECK(in.object == out.object);
+  }
+}
+
+TEST_CASE("A particle file with any byte changed, or of any other length, is an io Error") {
+  const std::string whole = encode_snapshot(random_snapshot(50, 1));
+  for (std::size_t at = 0; at < whole.size(); at += 13) {
+    std::string damaged = whole;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x10);
+    REQUIRE_THROWS_AS(decode_snapshot(damaged, "p.firn"), Error);
+    REQUIRE_THROWS_AS(decode_snapshot(whole.substr(0, at), "p.firn"), Error);
+  }
+  CHECK_THROWS_WITH(decode_snapshot(whole + "x", "p.firn"), contains("p.firn"));
+}
+
+TEST_CASE("A checkpoint comes back with its state and its pending frames") {
+  Scratch scratch;
+  Checkpoint out{42, 7, {random_snapshot(10, 6), random_snapshot(10, 7)}, std::string("sta\0te", 6)};
+  write_checkpoint(scratch / "c", out);
+  const Checkpoint in = read_checkpoint(scratch / "c", 42);
+  CHECK(in.frame == 7);
+  CHECK(in.state == out.state);
+  REQUIRE(in.pending.size() == 2);
+  CHECK(same(in.pending[0], out.pending[0]));
+  CHECK(same(in.pending[1], out.pending[1]));
+}
+
+TEST_CASE("A checkpoint of another scene, a damaged or a cut one is an io Error") {
+  Scratch scratch;
+  write_checkpoint(scratch / "c", {42, 7, {random_snapshot(10, 7)}, "state"});
+  CHECK_THROWS_WITH(read_checkpoint(scratch / "c", 43), contains("another scene"));
+  const std::string whole = read_file(scratch / "c");
+  for (const std::size_t length : {std::size_t{0}, std::size_t{4}, std::size_t{9}, whole.size() - 1}) {
+    write_file(scratch / "c", whole.substr(0, length));
+    CHECK_THROWS_AS(read_checkpoint(scratch / "c", 42), Error);
+  }
+  for (std::size_t at = 0; at < whole.size(); at += 17) {
+    std::string damaged = whole;
+    damaged[at] = static_cast<char>(damaged[at] ^ 1);
+    write_file(scratch / "c", damaged);
+    REQUIRE_THROWS_AS(read_checkpoint(scratch / "c", 42), Error);
+  }
+}
