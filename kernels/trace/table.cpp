@@ -3,6 +3,9 @@
 
 namespace firn::kernels::FIRN_ISA {
 
-TraceKernels trace_kernels() { return {}; }
+void closest(const TraceGrid&, const RayView&, std::size_t, std::size_t);   // stream.cpp
+void occluded(const TraceGrid&, const RayView&, std::size_t, std::size_t);  // stream.cpp
+
+TraceKernels trace_kernels() { return {closest, occluded}; }
 
 }  // namespace firn::kernels::FIRN_ISA

@@ -17,9 +17,9 @@ struct KernelTable;
 namespace firn {
 
 struct RenderStats {
-  double build_seconds = 0;      // render grid
+  double build_seconds = 0;  // render grid
   double trace_seconds = 0;
-  std::uint64_t rays = 0;        // primary + shadow + bounce
+  std::uint64_t rays = 0;  // primary + shadow + bounce
   std::size_t grid_bytes = 0;
 };
 
@@ -30,8 +30,9 @@ class Renderer {
   ~Renderer();
   Renderer(Renderer&&) noexcept;
 
-  // `film` is resized. Returns false if `stop` became true first (the film is then incomplete). The same snapshot,
-  // setup and frame number give the same bits for any thread count. An unstable Error if a position is not finite.
+  // `film` is resized. Returns false if `stop` became true first (the film is then incomplete). The same
+  // snapshot, setup and frame number give the same bits for any thread count. An unstable Error if a position
+  // is not finite.
   bool render(const Snapshot& snapshot, Film& film, RenderStats& stats, const std::atomic<bool>& stop);
 
  private:

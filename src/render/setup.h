@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the renderer is told once for a run: camera, film, surfaces, objects, lights and the look of each snow object.
-// World space, SI units; radiance in W/(m^2 sr) up to a common scale (exposure maps it to pixels).
+// What the renderer is told once for a run: camera, film, surfaces, objects, lights and the look of each snow
+// object. World space, SI units; radiance in W/(m^2 sr) up to a common scale (exposure maps it to pixels).
 #pragma once
 #include <cstdint>
 #include <string>
@@ -16,24 +16,24 @@ struct Camera {
   Vec3 position = Vec3(0, 1, 4);  // m
   Vec3 target = Vec3::Zero();     // m
   Vec3 up = Vec3(0, 1, 0);
-  double fov = 35;                // degrees, vertical
+  double fov = 35;  // degrees, vertical
 };
 
 struct ImageSettings {
   int width = 960;
   int height = 540;
-  int samples = 16;      // paths a pixel
-  int max_bounces = 6;   // surface interactions after the first hit; 0 = direct light only
+  int samples = 16;     // paths a pixel
+  int max_bounces = 6;  // surface interactions after the first hit; 0 = direct light only
 };
 
 enum class SurfaceKind { diffuse, mirror, emission };
 struct Surface {
   std::string name;
   SurfaceKind kind = SurfaceKind::diffuse;
-  Vec3f albedo = Vec3f::Constant(0.5f);  // linear RGB reflectance, diffuse and mirror
-  Vec3f checker = Vec3f::Constant(-1.f); // second albedo of a checker pattern; negative: none
-  double checker_size = 0.1;             // m
-  Vec3f emission = Vec3f::Zero();        // radiance
+  Vec3f albedo = Vec3f::Constant(0.5f);   // linear RGB reflectance, diffuse and mirror
+  Vec3f checker = Vec3f::Constant(-1.f);  // second albedo of a checker pattern; negative: none
+  double checker_size = 0.1;              // m
+  Vec3f emission = Vec3f::Zero();         // radiance
 };
 
 struct Object {  // colliders, ground and scenery: anything that is seen but is not snow
@@ -51,9 +51,9 @@ struct SphereLight {
   Vec3f radiance;
 };
 struct SunLight {
-  Vec3 direction;                 // towards the sun, any length
-  double angular_radius = 0.2666; // degrees
-  Vec3f irradiance;               // on a plane facing the sun
+  Vec3 direction;                  // towards the sun, any length
+  double angular_radius = 0.2666;  // degrees
+  Vec3f irradiance;                // on a plane facing the sun
 };
 struct SkyLight {
   Vec3f zenith, horizon, ground;  // radiance; smooth gradient over elevation
@@ -63,9 +63,9 @@ struct ConstantLight {
 };
 using Light = std::variant<QuadLight, SphereLight, SunLight, SkyLight, ConstantLight>;
 
-struct SnowLook {  // one per snow object
+struct SnowLook {                             // one per snow object
   Vec3f albedo = Vec3f(0.93f, 0.95f, 0.97f);  // diffuse, linear RGB
-  double radius = 0.8;                        // of a drawn particle, in particle spacings (cbrt of its volume)
+  double radius = 0.8;  // of a drawn particle, in particle spacings (cbrt of its volume)
 };
 
 struct RenderSetup {

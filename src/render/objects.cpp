@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#include "src/render/objects.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "src/core/error.h"
+#include "src/render/shape_rays.h"
+
+namespace firn {
+
+ObjectSet::ObjectSet(std::vector<Object> objects, std::vector<Surface> surfaces)
+    : objects_(std::move(objects)),
+      surfaces_(std::move(surfaces)),
+      triangles_(objects_.size()),
+      translation_(objects_.size(), Vec3::Zero()) {
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    if (objects_[i].surface < 0 || objects_[i].surface >= static_cast<int>(surfaces_.size())) {
+      throw Error(ExitCode::usage, "object " + std::to_string(i), "its surface does not exist");
+    }
+    const auto& form = objects_[i].shape.form;
+    if (const auto* mesh = std::get_if<Mesh>(&form)) triangles_[i] = triangles_of(*mesh);
+    if (const auto* field = std::get_if<HeightField>(&form)) triangles_[i] = triangles_of(*field);
+  }
+}
+
+void ObjectSet::place(const Vec3& origin) {
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    translation_[i] = objects_[i].shape.pose.translation - origin;
+  }
+}
+
+double ObjectSet::intersect(std::size_t object, const Vec3& o, const Vec3& d, double limit,
+                            Vec3& normal) const {
+  if (triangles_[object]) return triangles_[object]->intersect(o, d, limit, normal);
+  const auto& form = objects_[object].shape.form;
+  if (const auto* ball = std::get_if<Ball>(&form)) return firn::intersect(*ball, o, d, limit, normal);
+  if (const auto* box = std::get_if<Box>(&form)) return firn::intersect(*box, o, d, limit, normal);
+  if (const auto* cylinder = std::get_if<Cylinder>(&form))
+    return firn::intersect(*cylinder, o, d, limit, normal);
+  return firn::intersect(std::get<HalfSpace>(form), o, d, limit, normal);
+}
+
+// A checker lies on the two axes of the shape's own frame that the surface faces least.
+Vec3f ObjectSet::albedo_at(int object, const Vec3& local, const Vec3& normal) const {
+  const Surface& surface = surfaces_[objects_[object].surface];
+  if (surface.checker.minCoeff() < 0 || !(surface.checker_size > 0)) return surface.albedo;
+  Eigen::Index facing = 0;
+  normal.cwiseAbs().maxCoeff(&facing);
+  double squares = 0;
+  for (int a = 0; a < 3; ++a) squares += a == facing ? 0 : std::floor(local[a] / surface.checker_size);
+  return std::fmod(std::fabs(squares), 2) < 0.5 ? surface.albedo : surface.checker;
+}
+
+ObjectHit ObjectSet::closest(const Vec3f& o, const Vec3f& d, float reach) const {
+  ObjectHit hit;
+  double limit = reach;
+  Vec3 normal, best_normal, best_local;
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    const Mat3& rotation = objects_[i].shape.pose.rotation;
+    const Vec3 local_o = rotation.transpose() * (o.cast<double>() - translation_[i]);
+    const Vec3 local_d = rotation.transpose() * d.cast<double>();
+    const double t = intersect(i, local_o, local_d, limit, normal);
+    if (!(t < limit)) continue;
+    limit = t;
+    hit.object = static_cast<int>(i);
+    best_normal = normal;
+    best_local = local_o + t * local_d;
+  }
+  if (hit.object < 0) return hit;
+  hit.t = static_cast<float>(limit);
+  hit.normal = (objects_[hit.object].shape.pose.rotation * best_normal).cast<float>();
+  hit.albedo = albedo_at(hit.object, best_local, best_normal);
+  return hit;
+}
+
+bool ObjectSet::occluded(const Vec3f& o, const Vec3f& d, float reach) const {
+  Vec3 normal;
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    const Mat3& rotation = objects_[i].shape.pose.rotation;
+    const Vec3 local_o = rotation.transpose() * (o.cast<double>() - translation_[i]);
+    const double limit = reach;
+    if (intersect(i, local_o, rotation.transpose() * d.cast<double>(), limit, normal) < limit) return true;
+  }
+  return false;
+}
+
+}  // namespace firn

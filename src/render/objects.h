@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+// Everything that is seen but is not snow: rays against shapes, in double, in each shape's own frame (so that
+// a shape is as exact far from the world's origin as near it).
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "src/render/setup.h"
+#include "src/render/triangles.h"
+
+namespace firn {
+
+struct ObjectHit {
+  int object = -1;  // none
+  float t = 0;      // m
+  Vec3f normal;     // unit, outward
+  Vec3f albedo;     // of the surface there
+};
+
+class ObjectSet {
+ public:
+  // A usage Error if an object names a surface that does not exist.
+  ObjectSet(std::vector<Object> objects, std::vector<Surface> surfaces);
+
+  // Render space is world space minus `origin`.
+  void place(const Vec3& origin);
+
+  bool empty() const { return objects_.empty(); }
+  const Surface& surface(int object) const { return surfaces_[objects_[object].surface]; }
+
+  // The nearest object that the ray meets before `reach`.
+  ObjectHit closest(const Vec3f& o, const Vec3f& d, float reach) const;
+  bool occluded(const Vec3f& o, const Vec3f& d, float reach) const;
+
+ private:
+  double intersect(std::size_t object, const Vec3& o, const Vec3& d, double limit, Vec3& normal) const;
+  Vec3f albedo_at(int object, const Vec3& local, const Vec3& normal) const;
+
+  std::vector<Object> objects_;
+  std::vector<Surface> surfaces_;
+  std::vector<std::shared_ptr<const TriangleSet>> triangles_;  // per object; empty for analytic shapes
+  std::vector<Vec3> translation_;                              // m, render space
+};
+
+}  // namespace firn

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// Columns of rays, as the trace kernels read them.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "kernels/trace/table.h"
+#include "src/core/vector.h"
+
+namespace firn {
+
+class RayStream {
+ public:
+  void clear() {
+    for_each_column([](auto& column) { column.clear(); });
+  }
+  void push(const Vec3f& origin, const Vec3f& direction, float reach) {
+    for (int a = 0; a < 3; ++a) {
+      origin_[a].push_back(origin[a]);
+      direction_[a].push_back(direction[a]);
+    }
+    t_.push_back(reach);
+    hit_.push_back(kernels::kNoHit);
+  }
+
+  std::size_t size() const { return t_.size(); }
+  Vec3f origin(std::size_t i) const { return {origin_[0][i], origin_[1][i], origin_[2][i]}; }
+  Vec3f direction(std::size_t i) const { return {direction_[0][i], direction_[1][i], direction_[2][i]}; }
+  float& t(std::size_t i) { return t_[i]; }
+  float t(std::size_t i) const { return t_[i]; }
+  std::uint32_t hit(std::size_t i) const { return hit_[i]; }
+  Vec3f at_hit(std::size_t i) const { return origin(i) + t_[i] * direction(i); }
+
+  kernels::RayView view() {
+    return {{origin_[0].data(), origin_[1].data(), origin_[2].data()},
+            {direction_[0].data(), direction_[1].data(), direction_[2].data()},
+            t_.data(),
+            hit_.data()};
+  }
+
+ private:
+  template <class F>
+  void for_each_column(F&& f) {
+    for (auto& column : origin_) f(column);
+    for (auto& column : direction_) f(column);
+    f(t_);
+    f(hit_);
+  }
+  std::vector<float> origin_[3], direction_[3], t_;
+  std::vector<std::uint32_t> hit_;
+};
+
+}  // namespace firn

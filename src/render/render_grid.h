@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+// A uniform grid over the balls of one snapshot, rebuilt every frame by a counting sort: Snapshot -> sorted
+// balls -> cells -> the view that the trace kernels read. Two floors: a dense table of bricks (4x4x4 cells)
+// over the bounds, cells only for bricks that a ball touches; so empty air costs 5 bytes a brick. Balls too
+// large or too far for the cells become strays, which every ray tests. Everything is a pure function of the
+// snapshot: counts are integers, and each cell's balls are in snapshot order.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "kernels/trace/table.h"
+#include "src/particles/snapshot.h"
+#include "src/render/setup.h"
+
+namespace firn {
+
+class RenderGrid {
+ public:
+  // An unstable Error if a position or volume is not finite.
+  void build(const Snapshot& snapshot, const std::vector<SnowLook>& looks);
+
+  const kernels::TraceGrid& view() const { return view_; }
+  Vec3 origin() const { return origin_; }      // m, world place of the render space's 0
+  double spacing() const { return spacing_; }  // m, mean particle spacing
+  const std::vector<std::uint32_t>& brick_of_slot() const { return brick_of_slot_; }
+  std::size_t bytes() const;
+
+  // Of a sorted index.
+  std::uint32_t snapshot_index(std::uint32_t sorted) const { return order_[sorted]; }
+  Vec3f center(std::uint32_t sorted) const { return {x_[0][sorted], x_[1][sorted], x_[2][sorted]}; }
+  float radius(std::uint32_t sorted) const { return radius_[sorted]; }
+
+ private:
+  void measure(const Snapshot& snapshot, const std::vector<SnowLook>& looks);
+  void choose_cells(const Snapshot& snapshot);
+  void place_bricks(const Snapshot& snapshot);
+  void measure_clearance();
+  void sort_balls(const Snapshot& snapshot);
+  void fill_bundles();
+  void fill_strays();
+  void publish();
+  void fit(double cell);
+  Vec3f local(const Snapshot& snapshot, std::size_t i) const;
+  bool in_cells(const Vec3f& p, float radius) const;
+
+  Vec3 origin_ = Vec3::Zero();
+  double spacing_ = 1;
+  Bounds bounds_;                   // m, world
+  std::vector<float> ball_radius_;  // m, in snapshot order
+  kernels::TraceGrid view_;
+  std::vector<std::uint32_t> slot_;
+  std::vector<std::uint8_t> clearance_;
+  std::vector<std::uint32_t> brick_of_slot_;
+  std::vector<std::uint64_t> cell_start_, bundle_start_;
+  std::vector<std::uint32_t> order_;  // sorted -> snapshot index; strays last
+  std::vector<float> x_[3], radius_;  // m, sorted
+  std::vector<kernels::BallBundle> bundles_, strays_;
+};
+
+}  // namespace firn

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+// Low-discrepancy points from counters: the first two Sobol dimensions, Owen-scrambled by hashing (Laine &
+// Karras 2011; Burley 2020, "Practical hash-based Owen scrambling"), a fresh scramble and a shuffled order
+// for every pair of dimensions. A value depends on (seed, frame, pixel, sample, pair) alone, so noise does
+// not know of threads or tiles.
+#pragma once
+#include <cstdint>
+
+#include "src/core/rng.h"
+
+namespace firn {
+
+struct Sample2 {
+  float u, v;  // in [0, 1)
+};
+
+constexpr std::uint32_t reverse_bits(std::uint32_t x) {
+  x = (x >> 16) | (x << 16);
+  x = ((x & 0xff00ff00u) >> 8) | ((x & 0x00ff00ffu) << 8);
+  x = ((x & 0xf0f0f0f0u) >> 4) | ((x & 0x0f0f0f0fu) << 4);
+  x = ((x & 0xccccccccu) >> 2) | ((x & 0x33333333u) << 2);
+  return ((x & 0xaaaaaaaau) >> 1) | ((x & 0x55555555u) << 1);
+}
+
+// A random binary tree of swaps, applied to the digits of x: an Owen scramble keeps every dyadic stratum.
+constexpr std::uint32_t owen_scramble(std::uint32_t x, std::uint32_t seed) {
+  x = reverse_bits(x);
+  x ^= x * 0x3d20adeau;
+  x += seed;
+  x *= (seed >> 16) | 1u;
+  x ^= x * 0x05526c56u;
+  x ^= x * 0x53a22864u;
+  return reverse_bits(x);
+}
+
+// Second Sobol dimension: the Pascal matrix modulo 2 applied to the bit-reversed index.
+constexpr std::uint32_t sobol_second(std::uint32_t index) {
+  std::uint32_t result = 0;
+  for (std::uint32_t column = 0x80000000u; index != 0; index >>= 1, column ^= column >> 1) {
+    if (index & 1u) result ^= column;
+  }
+  return result;
+}
+
+class Sampler {
+ public:
+  Sampler(std::uint64_t seed, std::uint64_t frame, std::uint64_t pixel)
+      : key_(hash_keys(seed, frame, pixel)) {}
+
+  Sample2 pair(std::uint32_t sample, std::uint32_t dimension_pair) const {
+    const std::uint64_t order = mix64(key_ ^ (0x9e3779b97f4a7c15ull * (dimension_pair + 1)));
+    const std::uint64_t digits = mix64(order);
+    const std::uint32_t index = owen_scramble(sample, static_cast<std::uint32_t>(order));
+    const std::uint32_t u = owen_scramble(reverse_bits(index), static_cast<std::uint32_t>(digits));
+    const std::uint32_t v = owen_scramble(sobol_second(index), static_cast<std::uint32_t>(digits >> 32));
+    return {static_cast<float>(u >> 8) * 0x1p-24f, static_cast<float>(v >> 8) * 0x1p-24f};
+  }
+
+ private:
+  std::uint64_t key_;
+};
+
+}  // namespace firn

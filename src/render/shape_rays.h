@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+// Rays against the analytic shapes, in the shape's own frame: the distance of the nearest surface at 0 < t <
+// limit, met from outside or inside, or `limit`. `normal` (outward, unit) is set on a hit.
+#pragma once
+#include "src/geometry/shape.h"
+
+namespace firn {
+
+double intersect(const Ball& ball, const Vec3& o, const Vec3& d, double limit, Vec3& normal);
+double intersect(const Box& box, const Vec3& o, const Vec3& d, double limit, Vec3& normal);
+double intersect(const Cylinder& cylinder, const Vec3& o, const Vec3& d, double limit, Vec3& normal);
+double intersect(const HalfSpace& plane, const Vec3& o, const Vec3& d, double limit, Vec3& normal);
+
+}  // namespace firn
