@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A scene as it was written: plain aggregates with defaults, nested as the file is. schema.cpp lists every key once
-// (name, type, unit, range, default, meaning); parse.cpp fills this; build.cpp turns it into the setups of mpm and render.
+// A scene as it was written: plain aggregates with defaults, nested as the file is. schema.cpp lists every
+// key once (name, type, unit, range, default, meaning); parse.cpp fills this; build.cpp turns it into the
+// setups of mpm and render.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -17,26 +18,32 @@ namespace firn {
 
 // A shape as keys: which of them are meant depends on `shape`.
 struct ShapeConfig {
-  std::string shape;                    // ball box cylinder height_field mesh plane
-  std::optional<Vec3> center;           // ball box cylinder mesh(offset) height_field(offset)
-  std::optional<double> radius;         // ball cylinder
-  std::optional<Vec3> size;             // box: full edge lengths
-  std::optional<double> height;         // cylinder: full height
-  Vec3 rotation = Vec3::Zero();         // degrees, about x, then y, then z
-  std::optional<Vec3> point, normal;    // plane
-  std::optional<std::string> file;      // mesh (OBJ), height_field (PGM or text raster)
-  std::optional<double> scale;          // mesh
-  std::optional<Vec3> extent;           // height_field: width (x), height range (y), depth (z)
+  std::string shape;                  // ball box cylinder plane height_field mesh flakes
+  std::optional<Vec3> center;         // ball box cylinder flakes
+  Vec3 offset = Vec3::Zero();         // mesh height_field, m
+  std::optional<double> radius;       // ball cylinder
+  std::optional<Vec3> size;           // box: full edge lengths
+  std::optional<double> height;       // cylinder: full height
+  Vec3 rotation = Vec3::Zero();       // degrees, about x, then y, then z
+  std::optional<Vec3> point, normal;  // plane
+  std::optional<std::string> file;    // mesh (OBJ), height_field (PGM or text raster)
+  double scale = 1;                   // mesh
+  std::optional<Vec3> extent;         // height_field: width (x), height range (y), depth (z)
+  std::optional<double> base;         // height_field: its lower end, m
+  int count = 1000;  // flakes: balls of `radius`, scattered in a box of `size` about `center`
 };
 
 struct SnowConfig {
   std::string name;
   ShapeConfig shape;
-  Vec3 velocity = Vec3::Zero();         // m/s
-  Vec3 spin = Vec3::Zero();             // rad/s about the shape's centre
+  Vec3 velocity = Vec3::Zero();  // m/s
+  Vec3 spin = Vec3::Zero();      // rad/s about the shape's centre
   std::optional<std::string> preset;
   Material material;
+  std::optional<double> mu,
+      lambda;  // Pa; as written, turned into Young's modulus and Poisson's ratio when read
   int particles_per_cell = 8;
+  bool allow_overlap = false;  // with other snow and with colliders at the start
   SnowLook look;
 };
 
@@ -45,26 +52,40 @@ struct ColliderConfig {
   ShapeConfig shape;
   Contact contact = Contact::separating;
   double friction = 0.3;
-  std::string surface;                  // name of a [[surface]]; empty: the default
+  std::string surface;  // name of a [[surface]]; empty: the default
   bool visible = true;
 };
 
-struct ObjectConfig {                   // [[object]]: seen, not felt
+struct ObjectConfig {  // [[object]]: seen, not felt
   ShapeConfig shape;
   std::string surface;
 };
 
-struct GroundConfig {                   // [ground]: a plane, felt and seen
-  double height = 0;                    // m
+struct GroundConfig {  // [ground]: a plane, felt and seen
+  double height = 0;   // m
   Contact contact = Contact::separating;
   double friction = 0.5;
   std::string surface;
 };
 
+struct LightConfig {                                   // [[light]]: which keys are meant depends on `type`
+  std::string type;                                    // quad sphere sun sky constant
+  std::optional<Vec3> corner, edge_u, edge_v, center;  // m
+  std::optional<double> width, height, radius;         // m
+  std::optional<Vec3> direction;                       // quad: the way it shines; sun: towards the sun
+  std::optional<double> azimuth, elevation;            // degrees
+  double angular_radius = 0.2666;                      // degrees
+  Vec3f irradiance = Vec3f(2.3f, 2.1f, 1.8f);
+  Vec3f radiance = Vec3f::Constant(1.f);
+  Vec3f zenith = Vec3f(0.13f, 0.25f, 0.55f);
+  Vec3f horizon = Vec3f(0.45f, 0.55f, 0.7f);
+  Vec3f ground = Vec3f(0.3f, 0.3f, 0.32f);
+};
+
 struct TimeConfig {
   int frames = 60;
   double fps = 24;
-  double speed = 1;                     // simulated seconds a movie second
+  double speed = 1;  // simulated seconds a movie second
 };
 
 struct SimulationConfig {
@@ -79,15 +100,15 @@ struct SimulationConfig {
 
 struct OutputConfig {
   std::vector<std::string> formats = {"png"};  // png ppm pfm
-  double exposure = 0;                          // stops
+  double exposure = 0;                         // stops
   bool movie = true;
-  bool particles = false;                       // keep every frame's particles for `firn render RUN`
-  int checkpoint_every = 10;                    // frames; 0 = only when interrupted
+  bool particles = false;     // keep every frame's particles for `firn render RUN`
+  int checkpoint_every = 10;  // frames; 0 = only when interrupted
 };
 
 struct SceneConfig {
-  std::string file;                     // path it was read from
-  std::string name;                     // file stem unless given: names the output folder
+  std::string file;  // path it was read from
+  std::string name;  // file stem unless given: names the output folder
   std::string description;
   Camera camera;
   ImageSettings image;
@@ -97,9 +118,11 @@ struct SceneConfig {
   std::optional<GroundConfig> ground;
   std::vector<ColliderConfig> colliders;
   std::vector<ObjectConfig> objects;
-  std::vector<Light> lights;
+  std::vector<LightConfig> lights;  // none: a sun and a sky
   std::vector<Surface> surfaces;
   OutputConfig output;
+  // "snow[0].radius" -> "scene.toml:12:3" for every key and table that was written, for errors found later.
+  std::map<std::string, std::string> places;
 };
 
 }  // namespace firn

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+// In: a SceneConfig. Out: what the simulation is told. Particles are placed, files loaded, starts that
+// overlap refused.
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "src/core/error.h"
+#include "src/core/parallel.h"
+#include "src/core/rng.h"
+#include "src/scene/emit.h"
+#include "src/scene/place_shape.h"
+#include "src/scene/scene.h"
+#include "src/scene/validate.h"
+
+namespace firn {
+namespace {
+
+constexpr int kDefaultAcross = 40;  // particles across the smallest snow object, when nothing is said
+constexpr std::uint64_t kJitterKey = 0x717;  // a stream of its own among the random numbers
+
+std::string snow_table(std::size_t index) { return "snow[" + std::to_string(index) + "]"; }
+
+// m; the narrowest side of a snow object's bounds in its own frame.
+double narrowest(const SceneConfig& scene, std::size_t index) {
+  const ShapeConfig& config = scene.snow[index].shape;
+  if (config.shape == "flakes") return 2 * *config.radius;
+  const Shape shape = place_shape(scene, snow_table(index), config, ShapeUse::snow);
+  return world_bounds({shape.form, Pose{}}).size().minCoeff();
+}
+
+PlacedSnow place(const SceneConfig& scene, std::size_t index, const std::vector<Shape>& shapes,
+                 double spacing) {
+  const SnowConfig& config = scene.snow[index];
+  PlacedSnow snow{config.name, config.material, {}, {}, 0, 0};
+  double total = 0;
+  for (std::size_t s = 0; s < shapes.size(); ++s) {
+    const Vec3 center = world_bounds(shapes[s]).center();
+    for (const Vec3& p :
+         fill_shape(shapes[s], spacing, hash_keys(scene.simulation.seed, kJitterKey, index, s))) {
+      snow.position.push_back(p);
+      snow.velocity.push_back(config.velocity + config.spin.cross(p - center));
+    }
+    total += *volume(shapes[s]);
+  }
+  if (snow.position.empty()) {
+    throw Error(ExitCode::usage, place_of(scene, snow_table(index)),
+                "empty snow: no particle fits into '" + config.name +
+                    "'; its shape is smaller than the particle spacing");
+  }
+  // The shape's true volume is shared out, so that density times volume is the mass that was asked for.
+  snow.particle_volume = total / static_cast<double>(snow.position.size());
+  snow.particle_mass = snow.particle_volume * config.material.density;
+  return snow;
+}
+
+// Particles of `snow` that lie deeper than `depth` (m) inside any of the shapes.
+std::size_t count_inside(const PlacedSnow& snow, const std::vector<Shape>& shapes, double depth) {
+  Bounds all;
+  std::vector<Bounds> bounds;
+  for (const Shape& shape : shapes) {
+    bounds.push_back(world_bounds(shape));
+    all.include(bounds.back());
+  }
+  const auto holds = [](const Bounds& b, const Vec3& p) {
+    return (p.array() >= b.min.array()).all() && (p.array() <= b.max.array()).all();
+  };
+  std::vector<unsigned char> inside(snow.position.size());
+  parallel_for(inside.size(), 1024, [&](std::size_t i) {
+    const Vec3& p = snow.position[i];
+    if (!holds(all, p)) return;
+    for (std::size_t s = 0; s < shapes.size() && !inside[i]; ++s) {
+      inside[i] = holds(bounds[s], p) && signed_distance(shapes[s], p) < -depth;
+    }
+  });
+  return static_cast<std::size_t>(std::count(inside.begin(), inside.end(), 1));
+}
+
+void refuse_overlap(const SceneConfig& scene, std::size_t index, std::size_t count,
+                    const std::string& other) {
+  if (count == 0 || scene.snow[index].allow_overlap) return;
+  throw Error(ExitCode::usage, place_of(scene, snow_table(index), "center"),
+              "snow '" + scene.snow[index].name + "' starts inside " + other + " (" + std::to_string(count) +
+                  " particles); move it, or set allow_overlap = true");
+}
+
+void check_overlaps(const SceneConfig& scene, const SimulationSetup& setup,
+                    const std::vector<std::vector<Shape>>& shapes, const std::vector<double>& spacing) {
+  for (std::size_t i = 0; i < setup.snow.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (scene.snow[j].allow_overlap) continue;
+      refuse_overlap(scene, i, count_inside(setup.snow[i], shapes[j], 0.5 * spacing[i]),
+                     "snow '" + scene.snow[j].name + "'");
+    }
+    for (const Collider& collider : setup.colliders) {
+      refuse_overlap(scene, i, count_inside(setup.snow[i], {collider.shape}, spacing[i]),
+                     collider.name == "ground" ? "the ground" : "collider '" + collider.name + "'");
+    }
+  }
+}
+
+void place_colliders(const SceneConfig& scene, SimulationSetup& setup) {
+  if (scene.ground) {
+    setup.colliders.push_back({"ground", plane_shape(Vec3(0, scene.ground->height, 0), Vec3::UnitY()),
+                               scene.ground->contact, scene.ground->friction});
+  }
+  for (std::size_t i = 0; i < scene.colliders.size(); ++i) {
+    const ColliderConfig& c = scene.colliders[i];
+    const Shape shape = place_shape(scene, "collider[" + std::to_string(i) + "]", c.shape, ShapeUse::solid);
+    setup.colliders.push_back({c.name, shape, c.contact, c.friction});
+  }
+}
+
+std::optional<Shape> domain_box(const SimulationConfig& config) {
+  if (!config.domain_min) return std::nullopt;
+  return Shape{Box{0.5 * (*config.domain_max - *config.domain_min)},
+               {rotation_matrix(config.domain_rotation), 0.5 * (*config.domain_min + *config.domain_max)}};
+}
+
+void check_domain(const SceneConfig& scene, const SimulationSetup& setup) {
+  if (!setup.domain) return;
+  for (std::size_t i = 0; i < setup.snow.size(); ++i) {
+    const auto& positions = setup.snow[i].position;
+    if (std::any_of(positions.begin(), positions.end(),
+                    [&](const Vec3& p) { return signed_distance(*setup.domain, p) > 0; })) {
+      throw Error(ExitCode::usage, place_of(scene, snow_table(i), "center"),
+                  "snow '" + scene.snow[i].name + "' starts outside the domain box");
+    }
+  }
+}
+
+void check_fixed_dt(const SceneConfig& scene, double dx) {
+  double bound = 1e300;
+  std::string name;
+  for (const SnowConfig& snow : scene.snow) {
+    if (stable_dt(snow.material, dx) < bound) name = snow.name;
+    bound = std::min(bound, stable_dt(snow.material, dx));
+  }
+  if (*scene.simulation.dt <= bound) return;
+  char text[160];
+  std::snprintf(text, sizeof text, "dt = %.3g s is above the stable bound %.3g s of snow '",
+                *scene.simulation.dt, bound);
+  throw Error(ExitCode::usage, place_of(scene, "simulation", "dt"),
+              text + name + "'; leave it to dt = \"auto\", or insist with --force");
+}
+
+}  // namespace
+
+double grid_spacing(const SceneConfig& scene) {
+  if (scene.simulation.dx) return *scene.simulation.dx;
+  const int across = scene.simulation.particles_across.value_or(kDefaultAcross);
+  double dx = 1e300;
+  for (std::size_t i = 0; i < scene.snow.size(); ++i) {
+    dx = std::min(dx, narrowest(scene, i) / across * std::cbrt(scene.snow[i].particles_per_cell));
+  }
+  return dx;
+}
+
+SimulationSetup build_simulation(const SceneConfig& scene, bool force) {
+  SimulationSetup setup;
+  setup.dx = grid_spacing(scene);
+  setup.gravity = scene.simulation.gravity;
+  setup.fixed_dt = scene.simulation.dt;
+  setup.domain = domain_box(scene.simulation);
+  if (setup.fixed_dt && !force) check_fixed_dt(scene, setup.dx);
+  place_colliders(scene, setup);
+  std::vector<std::vector<Shape>> shapes;
+  std::vector<double> spacing;
+  for (std::size_t i = 0; i < scene.snow.size(); ++i) {
+    shapes.push_back(place_snow(scene, i, 2 * setup.dx));
+    spacing.push_back(particle_spacing(setup.dx, scene.snow[i].particles_per_cell));
+    setup.snow.push_back(place(scene, i, shapes.back(), spacing.back()));
+  }
+  check_overlaps(scene, setup, shapes, spacing);
+  check_domain(scene, setup);
+  return setup;
+}
+
+}  // namespace firn

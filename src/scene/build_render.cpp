@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+// In: a SceneConfig. Out: what the renderer is told: surfaces by number, objects, lights.
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "src/scene/place_shape.h"
+#include "src/scene/scene.h"
+
+namespace firn {
+namespace {
+
+constexpr double kDegrees = 3.14159265358979323846 / 180;
+
+int surface_number(const RenderSetup& setup, const std::string& name) {
+  for (std::size_t i = 0; i < setup.surfaces.size(); ++i) {
+    if (setup.surfaces[i].name == name) return static_cast<int>(i);
+  }
+  return 0;
+}
+
+QuadLight quad_light(const LightConfig& light) {
+  if (light.corner) return {*light.corner, *light.edge_u, *light.edge_v, light.radiance};
+  // A plane's frame has x cross y = z; the light shines along x cross -z = y.
+  const Mat3 frame = plane_shape(*light.center, *light.direction).pose.rotation;
+  const Vec3 u = frame.col(0) * *light.width, v = frame.col(2) * -*light.height;
+  return {*light.center - 0.5 * (u + v), u, v, light.radiance};
+}
+
+Vec3 sun_direction(const LightConfig& light) {
+  if (light.direction) return light.direction->normalized();
+  const double azimuth = *light.azimuth * kDegrees, elevation = *light.elevation * kDegrees;
+  return {std::cos(elevation) * std::sin(azimuth), std::sin(elevation),
+          std::cos(elevation) * std::cos(azimuth)};
+}
+
+Light make_light(const LightConfig& light) {
+  if (light.type == "quad") return quad_light(light);
+  if (light.type == "sphere") return SphereLight{*light.center, *light.radius, light.radiance};
+  if (light.type == "sun") return SunLight{sun_direction(light), light.angular_radius, light.irradiance};
+  if (light.type == "sky") return SkyLight{light.zenith, light.horizon, light.ground};
+  return ConstantLight{light.radiance};
+}
+
+// Late afternoon: a warm sun low on the left behind the camera and a blue sky.
+std::vector<Light> default_lights() {
+  LightConfig sun, sky;
+  sun.type = "sun";
+  sun.azimuth = -50;
+  sun.elevation = 24;
+  sky.type = "sky";
+  return {make_light(sun), make_light(sky)};
+}
+
+void place_objects(const SceneConfig& scene, RenderSetup& setup) {
+  if (scene.ground) {
+    setup.objects.push_back({plane_shape(Vec3(0, scene.ground->height, 0), Vec3::UnitY()),
+                             surface_number(setup, scene.ground->surface)});
+  }
+  for (std::size_t i = 0; i < scene.colliders.size(); ++i) {
+    const ColliderConfig& c = scene.colliders[i];
+    if (!c.visible) continue;
+    setup.objects.push_back(
+        {place_shape(scene, "collider[" + std::to_string(i) + "]", c.shape, ShapeUse::solid),
+         surface_number(setup, c.surface)});
+  }
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const ObjectConfig& o = scene.objects[i];
+    setup.objects.push_back(
+        {place_shape(scene, "object[" + std::to_string(i) + "]", o.shape, ShapeUse::solid),
+         surface_number(setup, o.surface)});
+  }
+}
+
+}  // namespace
+
+RenderSetup build_render(const SceneConfig& scene) {
+  RenderSetup setup;
+  setup.camera = scene.camera;
+  setup.image = scene.image;
+  setup.seed = scene.simulation.seed;
+  setup.surfaces.push_back(Surface{});  // number 0: plain grey, for everything that names none
+  setup.surfaces.insert(setup.surfaces.end(), scene.surfaces.begin(), scene.surfaces.end());
+  place_objects(scene, setup);
+  for (const LightConfig& light : scene.lights) setup.lights.push_back(make_light(light));
+  if (setup.lights.empty()) setup.lights = default_lights();
+  for (const SnowConfig& snow : scene.snow) setup.snow.push_back(snow.look);
+  return setup;
+}
+
+}  // namespace firn

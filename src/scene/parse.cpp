@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: MIT
+// In: a RawTable. Out: a SceneConfig and the places of its keys. Every value is checked against its KeySpec
+// before any is stored; they are stored in the schema's order, so that a preset comes before the keys that
+// beat it.
+#include "src/scene/parse.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "src/core/error.h"
+#include "src/scene/schema.h"
+#include "src/scene/suggest.h"
+
+namespace firn {
+namespace {
+
+[[noreturn]] void refuse(const std::string& where, const std::string& what) {
+  throw Error(ExitCode::usage, where, what);
+}
+
+std::string unit_words(const KeySpec& key) {
+  const std::string unit = key.notes.unit;
+  if (unit.empty()) return "";
+  if (key.type == ValueType::vector) return " (" + unit + ")";
+  static const std::map<std::string, std::string> kNames = {{"m", "metres"}, {"s", "seconds"}};
+  const auto name = kNames.find(unit);
+  return " in " + (name == kNames.end() ? unit : name->second);
+}
+
+[[noreturn]] void refuse_type(const KeySpec& key, const RawValue& raw) {
+  refuse(raw.where,
+         "'" + key.name + "': expected " + type_text(key) + unit_words(key) + ", got " + describe(raw));
+}
+
+double checked(const KeySpec& key, const RawValue& raw, double x) {
+  if (!key.notes.range.holds(x)) {
+    const std::string unit = *key.notes.unit ? std::string(" ") + key.notes.unit : "";
+    refuse(raw.where, "'" + key.name + "' is " + value_toml(x, ValueType::number) +
+                          ", out of range: it must be " + key.notes.range.text() + unit);
+  }
+  return x;
+}
+
+double number(const KeySpec& key, const RawValue& raw) {
+  if (const auto* integer = std::get_if<std::int64_t>(&raw.value)) {
+    return checked(key, raw, static_cast<double>(*integer));
+  }
+  if (const auto* real = std::get_if<double>(&raw.value)) {
+    if (!std::isfinite(*real)) refuse(raw.where, "'" + key.name + "' is not a finite number");
+    return checked(key, raw, *real);
+  }
+  refuse_type(key, raw);
+}
+
+std::int64_t whole_number(const KeySpec& key, const RawValue& raw) {
+  const auto* integer = std::get_if<std::int64_t>(&raw.value);
+  if (!integer) refuse_type(key, raw);
+  if (!key.notes.range.holds(static_cast<double>(*integer))) {
+    refuse(raw.where, "'" + key.name + "' is " + std::to_string(*integer) + ", out of range: it must be " +
+                          key.notes.range.text());
+  }
+  return *integer;
+}
+
+std::string text(const KeySpec& key, const RawValue& raw) {
+  const auto* string = std::get_if<std::string>(&raw.value);
+  if (!string) refuse_type(key, raw);
+  const auto& choices = key.notes.choices;
+  if (!choices.empty() && std::count(choices.begin(), choices.end(), *string) == 0) {
+    refuse(raw.where, "'" + key.name + "': expected " + type_text(key) + ", got '" + *string + "'" +
+                          suggestion(*string, choices));
+  }
+  return *string;
+}
+
+Vec3 vector(const KeySpec& key, const RawValue& raw) {
+  if (key.type == ValueType::color && !raw.array()) return Vec3::Constant(number(key, raw));
+  if (!raw.array() || raw.array()->size() != 3) refuse_type(key, raw);
+  Vec3 result;
+  for (int k = 0; k < 3; ++k) {
+    const RawValue& item = (*raw.array())[k];
+    if (!std::holds_alternative<double>(item.value) && !std::holds_alternative<std::int64_t>(item.value)) {
+      refuse(item.where, "'" + key.name + "': expected 3 numbers" + unit_words(key) + ", got " +
+                             describe(item) + " among them");
+    }
+    result[k] = number(key, item);
+  }
+  return result;
+}
+
+std::vector<std::string> list(const KeySpec& key, const RawValue& raw) {
+  if (!raw.array()) refuse_type(key, raw);
+  std::vector<std::string> items;
+  for (const RawValue& item : *raw.array()) items.push_back(text(key, item));
+  return items;
+}
+
+Value convert(const KeySpec& key, const RawValue& raw) {
+  switch (key.type) {
+    case ValueType::boolean:
+      if (!std::holds_alternative<bool>(raw.value)) refuse_type(key, raw);
+      return std::get<bool>(raw.value);
+    case ValueType::integer:
+      return whole_number(key, raw);
+    case ValueType::number:
+      return number(key, raw);
+    case ValueType::text:
+      return text(key, raw);
+    case ValueType::list:
+      return list(key, raw);
+    default:
+      return vector(key, raw);
+  }
+}
+
+std::vector<std::string> key_names(const TableSpec& table) {
+  std::vector<std::string> names;
+  for (const KeySpec& key : table.keys) names.push_back(key.name);
+  return names;
+}
+
+// A record of the scene that is being filled: the table's spec and its number.
+struct Record {
+  SceneConfig& scene;
+  const TableSpec& table;
+  std::size_t index;
+  std::map<std::string, Value> given = {};
+
+  std::string title() const {
+    const auto name = given.find("name");
+    const std::string heading = table.name.empty() ? "the scene" : table.heading();
+    return name == given.end() ? heading : heading + " '" + std::get<std::string>(name->second) + "'";
+  }
+
+  void read(const RawEntry& entry) {
+    const KeySpec* key = table.find(entry.key);
+    if (!key) {
+      const std::string in = table.name.empty() ? "" : " in " + table.heading();
+      refuse(entry.where, "unknown key '" + entry.key + "'" + in + suggestion(entry.key, key_names(table)));
+    }
+    scene.places[key_path(table, index, entry.key)] = entry.where;
+    const auto* word = std::get_if<std::string>(&entry.value.value);
+    if (word && *key->notes.absent_word && *word == key->notes.absent_word) return;
+    given.emplace(entry.key, convert(*key, entry.value));
+  }
+
+  void store() {
+    for (const KeySpec& key : table.keys) {
+      const auto value = given.find(key.name);
+      if (value != given.end()) key.set(scene, index, value->second);
+    }
+  }
+
+  // Required keys are there; keys of another shape or type are not.
+  void check(const std::string& where) const {
+    for (const KeySpec& key : table.keys) {
+      const bool is_given = given.count(key.name) > 0, has_meaning = applies(table, key, scene, index);
+      if (is_given && !has_meaning) refuse_stray(key);
+      if (!is_given && has_meaning && key.notes.required) {
+        refuse(where, title() + " lacks '" + key.name + "', " + type_text(key) + unit_words(key) + ": " +
+                          key.notes.meaning);
+      }
+    }
+  }
+
+  [[noreturn]] void refuse_stray(const KeySpec& key) const {
+    const Condition& with = key.notes.with;
+    std::string owners;
+    for (const std::string& value : with.values) owners += (owners.empty() ? "" : " or ") + value;
+    const auto now = table.find(with.key)->get(scene, index);
+    refuse(scene.places.at(key_path(table, index, key.name)),
+           "'" + key.name + "' belongs to " + with.key + " = " + owners + ", but this one has " + with.key +
+               " = " + (now ? std::get<std::string>(*now) : "nothing"));
+  }
+};
+
+void parse_record(SceneConfig& scene, const TableSpec& table, const RawTable& raw, const std::string& where) {
+  const std::size_t index = table.repeated ? table.count(scene) : 0;
+  if (table.count(scene) <= index) table.add(scene);
+  scene.places[key_path(table, index)] = where;
+  Record record{scene, table, index};
+  for (const RawEntry& entry : raw.entries) record.read(entry);
+  record.store();
+  record.check(where);
+}
+
+void parse_table(SceneConfig& scene, const TableSpec& table, const RawEntry& entry) {
+  if (!table.repeated) {
+    if (!entry.value.table())
+      refuse(entry.where, "'" + table.name + "' is a table: write [" + table.name + "]");
+    return parse_record(scene, table, *entry.value.table(), entry.value.where);
+  }
+  if (!entry.value.array()) {
+    refuse(entry.where, "there may be several of these: write [[" + table.name + "]], in two brackets");
+  }
+  for (const RawValue& item : *entry.value.array()) {
+    if (!item.table())
+      refuse(item.where, "'" + table.name + "' is a list of tables: write [[" + table.name + "]]");
+    parse_record(scene, table, *item.table(), item.where);
+  }
+}
+
+[[noreturn]] void refuse_unknown(const RawEntry& entry) {
+  std::vector<std::string> names = {"quick"};
+  for (const TableSpec& table : schema()) names.push_back(table.name);
+  for (const std::string& name : key_names(*find_table(""))) names.push_back(name);
+  refuse(entry.where, std::string("unknown ") +
+                          (entry.value.table() || entry.value.array() ? "table" : "key") + " '" + entry.key +
+                          "'" + suggestion(entry.key, names));
+}
+
+}  // namespace
+
+SceneConfig parse_scene(const RawTable& root, const std::string& file) {
+  SceneConfig scene;
+  scene.file = file;
+  RawTable top;
+  for (const RawEntry& entry : root.entries) {
+    const TableSpec* table = find_table(entry.key);
+    if (entry.key == "quick") continue;
+    if (table && !entry.key.empty()) {
+      parse_table(scene, *table, entry);
+    } else if (find_table("")->find(entry.key)) {
+      top.entries.push_back(entry);
+    } else {
+      refuse_unknown(entry);
+    }
+  }
+  parse_record(scene, *find_table(""), top, file + ":1:1");
+  return scene;
+}
+
+}  // namespace firn

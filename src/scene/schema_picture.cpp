@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+// What a scene says about its pictures: camera, image, things that are only seen, lights, surfaces and the
+// output.
+#include "src/scene/schema_tables.h"
+
+namespace firn {
+namespace {
+
+const char* const kRadiance = "W/(m^2 sr)";
+
+TableSpec camera_table() {
+  auto t = single_table<Camera>("camera", "where the picture is taken from",
+                                [](SceneConfig& s, std::size_t) -> Camera& { return s.camera; });
+  t.key("position", &Camera::position, {.unit = "m", .meaning = "of the eye"});
+  t.key("target", &Camera::target, {.unit = "m", .meaning = "what is in the middle of the picture"});
+  t.key("up", &Camera::up, {.meaning = "this direction is up in the picture"});
+  t.key("fov", &Camera::fov,
+        {.unit = "degrees", .range = {0, 180, true, true}, .meaning = "vertical field of view"});
+  return t.take();
+}
+
+TableSpec image_table() {
+  using I = ImageSettings;
+  auto t = single_table<I>("image", "size and quality of the pictures",
+                           [](SceneConfig& s, std::size_t) -> I& { return s.image; });
+  t.key("width", &I::width, {.unit = "pixels", .range = between(1, 32768), .meaning = "of the picture"});
+  t.key("height", &I::height, {.unit = "pixels", .range = between(1, 32768), .meaning = "of the picture"});
+  t.key("samples", &I::samples,
+        {.range = between(1, 1000000), .meaning = "paths a pixel: more is less noise"});
+  t.key("max_bounces", &I::max_bounces,
+        {.range = between(0, 1000), .meaning = "reflections after the first hit; 0 is direct light only"});
+  return t.take();
+}
+
+TableSpec object_table() {
+  auto t = repeated_table<&SceneConfig::objects>("object", "scenery: seen, not felt");
+  add_shape_keys(t, {"ball", "box", "cylinder", "plane", "height_field", "mesh"});
+  add_plane_keys(t);
+  t.key("surface", &ObjectConfig::surface, {.absent = "plain grey", .meaning = "name of a [[surface]]"});
+  return t.take();
+}
+
+void add_quad_keys(TableBuilder<LightConfig>& t) {
+  using L = LightConfig;
+  const Condition quad{"type", {"quad"}};
+  t.key("corner", &L::corner,
+        {.unit = "m", .with = quad, .absent = "from center", .meaning = "a corner; with edge_u and edge_v"});
+  t.key("edge_u", &L::edge_u,
+        {.unit = "m", .with = quad, .absent = "from center", .meaning = "one side, from the corner"});
+  t.key("edge_v", &L::edge_v,
+        {.unit = "m",
+         .with = quad,
+         .absent = "from center",
+         .meaning = "the other side; it shines along edge_u x edge_v"});
+  t.key("width", &L::width,
+        {.unit = "m",
+         .range = above(0),
+         .with = quad,
+         .absent = "from the edges",
+         .meaning = "instead of the edges: with center, height and direction"});
+  t.key("height", &L::height,
+        {.unit = "m",
+         .range = above(0),
+         .with = quad,
+         .absent = "from the edges",
+         .meaning = "of such a quad"});
+}
+
+TableSpec light_table() {
+  using L = LightConfig;
+  auto t = repeated_table<&SceneConfig::lights>("light",
+                                                "a light; without any there are a low sun and a blue sky");
+  t.key("type", &L::type,
+        {.choices = {"quad", "sphere", "sun", "sky", "constant"}, .required = true, .meaning = "what it is"});
+  add_quad_keys(t);
+  t.key("center", &L::center,
+        {.unit = "m",
+         .with = {"type", {"quad", "sphere"}},
+         .absent = "a quad's from its corner",
+         .meaning = "its middle"});
+  t.key("radius", &L::radius,
+        {.unit = "m",
+         .range = above(0),
+         .with = {"type", {"sphere"}},
+         .required = true,
+         .meaning = "of the sphere"});
+  t.key("direction", &L::direction,
+        {.with = {"type", {"quad", "sun"}},
+         .absent = "from the edges; from azimuth and elevation",
+         .meaning = "quad: the way it shines; sun: towards the sun; any length"});
+  t.key("azimuth", &L::azimuth,
+        {.unit = "degrees",
+         .with = {"type", {"sun"}},
+         .absent = "from direction",
+         .meaning = "of the sun: from +Z, turning towards +X"});
+  t.key("elevation", &L::elevation,
+        {.unit = "degrees",
+         .range = between(-90, 90),
+         .with = {"type", {"sun"}},
+         .absent = "from direction",
+         .meaning = "of the sun above the horizon"});
+  t.key("angular_radius", &L::angular_radius,
+        {.unit = "degrees",
+         .range = {0, 90, true, true},
+         .with = {"type", {"sun"}},
+         .meaning = "half the sun's width in the sky: larger makes softer shadows"});
+  t.key("irradiance", &L::irradiance,
+        {.unit = "W/m^2",
+         .range = at_least(0),
+         .with = {"type", {"sun"}},
+         .meaning = "on a plane that faces the sun"});
+  t.key("radiance", &L::radiance,
+        {.unit = kRadiance,
+         .range = at_least(0),
+         .with = {"type", {"quad", "sphere", "constant"}},
+         .required = true,
+         .meaning = "how bright it looks"});
+  const Condition sky{"type", {"sky"}};
+  t.key("zenith", &L::zenith, {.unit = kRadiance, .range = at_least(0), .with = sky, .meaning = "overhead"});
+  t.key("horizon", &L::horizon,
+        {.unit = kRadiance, .range = at_least(0), .with = sky, .meaning = "at the horizon"});
+  t.key("ground", &L::ground,
+        {.unit = kRadiance, .range = at_least(0), .with = sky, .meaning = "below the horizon"});
+  return t.take();
+}
+
+TableSpec surface_table() {
+  auto t = repeated_table<&SceneConfig::surfaces>("surface",
+                                                  "a look that the ground, colliders and objects may have");
+  const std::vector<std::string> kinds = {"diffuse", "mirror",
+                                          "emission"};  // in the order of enum SurfaceKind
+  t.key("name", &Surface::name, {.required = true, .meaning = "what others call it by"});
+  t.key("type", &Surface::kind, {.choices = kinds, .meaning = "matt, mirroring or glowing"});
+  t.key("albedo", &Surface::albedo,
+        {.range = between(0, 1),
+         .with = {"type", {"diffuse", "mirror"}},
+         .meaning = "reflected part, linear RGB"});
+  t.key("checker", &Surface::checker,
+        {.range = between(-1, 1),
+         .with = {"type", {"diffuse"}},
+         .absent = "no pattern",
+         .meaning = "second albedo of a checker pattern; -1: none"});
+  t.key("checker_size", &Surface::checker_size,
+        {.unit = "m",
+         .range = above(0),
+         .with = {"type", {"diffuse"}},
+         .meaning = "side of a square of the pattern"});
+  t.key("emission", &Surface::emission,
+        {.unit = kRadiance,
+         .range = at_least(0),
+         .with = {"type", {"emission"}},
+         .required = true,
+         .meaning = "how bright it glows"});
+  return t.take();
+}
+
+TableSpec output_table() {
+  using O = OutputConfig;
+  auto t = single_table<O>("output", "what is written",
+                           [](SceneConfig& s, std::size_t) -> O& { return s.output; });
+  t.key("formats", &O::formats,
+        {.choices = {"png", "ppm", "pfm"}, .meaning = "of the pictures; pfm is linear, without exposure"});
+  t.key("exposure", &O::exposure,
+        {.unit = "stops", .range = between(-30, 30), .meaning = "+1 is twice as bright"});
+  t.key("movie", &O::movie, {.meaning = "make a movie of the pictures"});
+  t.key("particles", &O::particles, {.meaning = "keep every frame's particles, for `firn render RUN`"});
+  t.key("checkpoint_every", &O::checkpoint_every,
+        {.unit = "frames",
+         .range = between(0, 1000000),
+         .meaning = "save the state to go on from; 0: only when interrupted"});
+  return t.take();
+}
+
+}  // namespace
+
+std::vector<TableSpec> picture_tables() {
+  return {camera_table(), image_table(), object_table(), light_table(), surface_table(), output_table()};
+}
+
+}  // namespace firn

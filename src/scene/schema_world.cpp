@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: MIT
+// What a scene says about the world: time, the simulation, the snow and what it meets.
+#include "src/scene/presets.h"
+#include "src/scene/schema_tables.h"
+
+namespace firn {
+namespace {
+
+const std::vector<std::string> kContacts = {"sticky", "slip", "separating"};  // in the order of enum Contact
+const char* const kContactMeaning =
+    "sticky: snow that touches stays; slip: slides but never leaves; separating: leaves freely";
+
+TableSpec top_level() {
+  auto t = single_table<SceneConfig>("", "the top level of the file",
+                                     [](SceneConfig& s, std::size_t) -> SceneConfig& { return s; });
+  t.key("name", &SceneConfig::name, {.absent = "the file's name", .meaning = "names the output folder"});
+  t.key("description", &SceneConfig::description, {.meaning = "what the scene shows, for people"});
+  return t.take();
+}
+
+TableSpec time_table() {
+  auto t = single_table<TimeConfig>("time",
+                                    "frame k shows the simulated time k * speed / fps; frame 0 is the start",
+                                    [](SceneConfig& s, std::size_t) -> TimeConfig& { return s.time; });
+  t.key("frames", &TimeConfig::frames,
+        {.range = between(1, 1000000), .meaning = "pictures in all, the first included"});
+  t.key("fps", &TimeConfig::fps,
+        {.unit = "1/s", .range = above(0), .meaning = "pictures a second of the movie"});
+  t.key("speed", &TimeConfig::speed,
+        {.range = above(0), .meaning = "simulated seconds a second of the movie; below 1 is slow motion"});
+  return t.take();
+}
+
+TableSpec simulation_table() {
+  using S = SimulationConfig;
+  auto t = single_table<S>("simulation", "how finely and where the snow is computed",
+                           [](SceneConfig& s, std::size_t) -> S& { return s.simulation; });
+  t.key("dx", &S::dx,
+        {.unit = "m", .range = above(0), .absent = "from particles_across", .meaning = "grid spacing"});
+  t.key("particles_across", &S::particles_across,
+        {.range = between(2, 100000),
+         .absent = "40, unless dx is given",
+         .meaning = "particles across the smallest snow object, instead of dx"});
+  t.key("dt", &S::dt,
+        {.unit = "s",
+         .range = above(0),
+         .absent = "auto",
+         .absent_word = "auto",
+         .meaning = "a fixed time step; auto follows the stiffest and the fastest snow"});
+  t.key("gravity", &S::gravity, {.unit = "m/s^2", .meaning = "acceleration of everything"});
+  t.key("domain_min", &S::domain_min,
+        {.unit = "m", .absent = "no box", .meaning = "lower corner of a box; snow that leaves it is gone"});
+  t.key("domain_max", &S::domain_max,
+        {.unit = "m", .absent = "no box", .meaning = "upper corner of that box"});
+  t.key("domain_rotation", &S::domain_rotation,
+        {.unit = "degrees", .meaning = "turns that box about x, then y, then z, about its centre"});
+  t.key("seed", &S::seed,
+        {.range = at_least(0), .meaning = "of everything random: the same seed gives the same bits"});
+  return t.take();
+}
+
+void add_material_keys(TableBuilder<SnowConfig>& t) {
+  const auto part = [](auto member) {
+    return [member](SnowConfig & s) -> auto& { return s.material.*member; };
+  };
+  const Condition snow{"model", {"snow"}}, neo_hookean{"model", {"neo_hookean"}};
+  t.key("model", part(&Material::model),
+        {.choices = {"neo_hookean", "snow"},
+         .meaning = "snow: fixed corotated with hardening (Stomakhin et al. 2013); neo_hookean: with clamped "
+                    "stretches"});
+  t.key("density", part(&Material::density), {.unit = "kg/m^3", .range = above(0), .meaning = "as placed"});
+  t.key("young_modulus", part(&Material::young_modulus),
+        {.unit = "Pa", .range = above(0), .meaning = "stiffness under pull, unhardened"});
+  t.key("poisson_ratio", part(&Material::poisson_ratio),
+        {.range = {0, 0.5, false, true}, .meaning = "how much it widens when pressed"});
+  t.key("mu", &SnowConfig::mu,
+        {.unit = "Pa",
+         .range = above(0),
+         .absent = "from young_modulus and poisson_ratio",
+         .meaning = "shear modulus, together with lambda instead of young_modulus and poisson_ratio"});
+  t.key("lambda", &SnowConfig::lambda,
+        {.unit = "Pa",
+         .range = at_least(0),
+         .absent = "from young_modulus and poisson_ratio",
+         .meaning = "first Lame modulus, together with mu"});
+  t.key("plasticity", part(&Material::plasticity), {.meaning = "false: elastic, nothing breaks or packs"});
+  t.key("critical_compression", part(&Material::critical_compression),
+        {.range = {0, 1, true, true}, .with = snow, .meaning = "theta_c: compression at which snow yields"});
+  t.key("critical_stretch", part(&Material::critical_stretch),
+        {.range = {0, 1, true, true}, .with = snow, .meaning = "theta_s: stretch at which snow breaks"});
+  t.key(
+      "hardening", part(&Material::hardening),
+      {.range = between(0, 100), .with = snow, .meaning = "xi: packed snow is stiffer by exp(xi (1 - Jp))"});
+  t.key("jp_min", part(&Material::jp_min),
+        {.range = {0, 1, true, false},
+         .with = snow,
+         .meaning = "least plastic volume ratio Jp: hardest packing"});
+  t.key("jp_max", part(&Material::jp_max),
+        {.range = at_least(1), .with = snow, .meaning = "greatest plastic volume ratio Jp: loosest snow"});
+  t.key("sigma_min", part(&Material::sigma_min),
+        {.range = {0, 1, true, false}, .with = neo_hookean, .meaning = "least singular value of F"});
+  t.key("sigma_max", part(&Material::sigma_max),
+        {.range = at_least(1), .with = neo_hookean, .meaning = "greatest singular value of F"});
+}
+
+TableSpec snow_table() {
+  auto t = repeated_table<&SceneConfig::snow>("snow", "one body of snow");
+  t.key(
+      "name", &SnowConfig::name,
+      {.absent = "snow0, snow1, ...", .meaning = "for messages, --set snow.NAME.key and [quick.snow.NAME]"});
+  add_shape_keys(t, {"ball", "box", "cylinder", "height_field", "mesh", "flakes"});
+  t.key("count", [](SnowConfig & s) -> auto& { return s.shape.count; },
+        {.range = between(1, 10000000),
+         .with = {"shape", {"flakes"}},
+         .meaning = "flakes: small balls of snow scattered in the region, apart from one another"});
+  t.key("velocity", &SnowConfig::velocity, {.unit = "m/s", .meaning = "at the start"});
+  t.key("spin", &SnowConfig::spin, {.unit = "rad/s", .meaning = "at the start, about the shape's centre"});
+  KeySpec& preset = t.key("preset", &SnowConfig::preset,
+                          {.choices = preset_names(),
+                           .absent = "fresh",
+                           .meaning = "material to start from; other keys beat it"});
+  preset.set = [write = preset.set](SceneConfig& scene, std::size_t index, const Value& value) {
+    write(scene, index, value);
+    scene.snow[index].material = find_preset(std::get<std::string>(value)).material;
+  };
+  add_material_keys(t);
+  t.key("particles_per_cell", &SnowConfig::particles_per_cell,
+        {.range = between(1, 1000), .meaning = "8 is usual; fewer tear earlier, more cost time"});
+  t.key("allow_overlap", &SnowConfig::allow_overlap,
+        {.meaning = "start inside other snow or a collider without an error"});
+  const auto look = [](auto member) {
+    return [member](SnowConfig & s) -> auto& { return s.look.*member; };
+  };
+  t.key("albedo", look(&SnowLook::albedo), {.range = between(0, 1), .meaning = "diffuse colour, linear RGB"});
+  t.key(
+      "draw_radius", look(&SnowLook::radius),
+      {.unit = "spacings", .range = between(0.1, 4), .meaning = "of a drawn particle, in particle spacings"});
+  return t.take();
+}
+
+TableSpec ground_table() {
+  using G = GroundConfig;
+  TableBuilder<G> t({"ground",
+                     false,
+                     "a level plane without end, felt and seen",
+                     {},
+                     [](const SceneConfig& s) { return std::size_t{s.ground.has_value()}; },
+                     [](SceneConfig& s) { s.ground.emplace(); }},
+                    [](SceneConfig& s, std::size_t) -> G& { return *s.ground; });
+  t.key("height", &G::height, {.unit = "m", .meaning = "y of the plane"});
+  t.key("contact", &G::contact, {.choices = kContacts, .meaning = kContactMeaning});
+  t.key("friction", &G::friction, {.range = at_least(0), .meaning = "Coulomb coefficient"});
+  t.key("surface", &G::surface, {.absent = "plain grey", .meaning = "name of a [[surface]]"});
+  return t.take();
+}
+
+TableSpec collider_table() {
+  using C = ColliderConfig;
+  auto t = repeated_table<&SceneConfig::colliders>("collider", "a solid that does not move, felt and seen");
+  t.key("name", &C::name, {.absent = "collider0, collider1, ...", .meaning = "for messages and --set"});
+  add_shape_keys(t, {"ball", "box", "cylinder", "plane", "height_field", "mesh"});
+  add_plane_keys(t);
+  t.key("contact", &C::contact, {.choices = kContacts, .meaning = kContactMeaning});
+  t.key("friction", &C::friction, {.range = at_least(0), .meaning = "Coulomb coefficient"});
+  t.key("surface", &C::surface, {.absent = "plain grey", .meaning = "name of a [[surface]]"});
+  t.key("visible", &C::visible, {.meaning = "false: felt but not seen"});
+  return t.take();
+}
+
+}  // namespace
+
+std::vector<TableSpec> world_tables() {
+  return {top_level(), time_table(), simulation_table(), snow_table(), ground_table(), collider_table()};
+}
+
+}  // namespace firn

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: MIT
+#include "src/scene/validate.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <map>
+
+#include "src/core/error.h"
+#include "src/scene/suggest.h"
+
+namespace firn {
+namespace {
+
+struct Checker {
+  const SceneConfig& scene;
+
+  bool given(const std::string& table, const std::string& key) const {
+    return scene.places.count(table.empty() ? key : table + "." + key) > 0;
+  }
+  [[noreturn]] void refuse(const std::string& table, const std::string& key, const std::string& what) const {
+    throw Error(ExitCode::usage, place_of(scene, table, key), what);
+  }
+  void require_direction(const Vec3& direction, const std::string& table, const std::string& key) const {
+    if (!(direction.norm() > 0)) refuse(table, key, "'" + key + "' is zero and points nowhere");
+  }
+
+  void camera() const {
+    const Camera& c = scene.camera;
+    if (c.position == c.target)
+      refuse("camera", "target", "the camera's position and target are the same point");
+    require_direction(c.up, "camera", "up");
+    const Vec3 view = (c.target - c.position).normalized();
+    if (view.cross(c.up.normalized()).norm() < 1e-9) {
+      refuse("camera", "up", "the camera's up direction is the direction that it looks in");
+    }
+  }
+
+  void simulation() const {
+    const SimulationConfig& s = scene.simulation;
+    if (s.dx && s.particles_across) {
+      refuse("simulation", "particles_across",
+             "both dx and particles_across are given: one follows from the other");
+    }
+    if (s.domain_min.has_value() != s.domain_max.has_value()) {
+      const char* key = s.domain_min ? "domain_min" : "domain_max";
+      refuse("simulation", key, "domain_min and domain_max are given together or not at all");
+    }
+    if (s.domain_min && (s.domain_min->array() >= s.domain_max->array()).any()) {
+      refuse("simulation", "domain_max", "domain_max is not above domain_min in every axis");
+    }
+  }
+
+  void moduli(const std::string& table, const SnowConfig& snow) const {
+    if (snow.mu.has_value() != snow.lambda.has_value()) {
+      refuse(table, snow.mu ? "mu" : "lambda", "mu and lambda are given together or not at all");
+    }
+    for (const char* key : {"young_modulus", "poisson_ratio"}) {
+      if (snow.mu && given(table, key)) {
+        refuse(table, key,
+               std::string("both ") + key + " and mu, lambda are given: one follows from the other");
+      }
+    }
+  }
+
+  void limits(const std::string& table, const Material& m) const {
+    if (m.sigma_min > m.sigma_max) refuse(table, "sigma_min", "sigma_min is above sigma_max");
+    if (m.jp_min > m.jp_max) refuse(table, "jp_min", "jp_min is above jp_max");
+  }
+
+  void shape(const std::string& table, const ShapeConfig& shape) const {
+    if (shape.shape == "plane") require_direction(*shape.normal, table, "normal");
+    std::error_code ignored;
+    if (shape.file && !std::filesystem::is_regular_file(*shape.file, ignored)) {
+      throw Error(ExitCode::io, place_of(scene, table, "file"), "no such file: " + *shape.file);
+    }
+  }
+
+  void surface_name(const std::string& table, const std::string& name) const {
+    std::vector<std::string> names;
+    for (const Surface& surface : scene.surfaces) names.push_back(surface.name);
+    if (name.empty() || std::count(names.begin(), names.end(), name) > 0) return;
+    refuse(table, "surface", "no [[surface]] is named '" + name + "'" + suggestion(name, names));
+  }
+
+  template <class List>
+  void names(const std::string& table, const List& list) const {
+    std::map<std::string, std::size_t> seen;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const std::string path = table + "[" + std::to_string(i) + "]";
+      word(path, list[i].name);
+      if (!seen.emplace(list[i].name, i).second) {
+        refuse(path, "name", "two [[" + table + "]] are named '" + list[i].name + "'");
+      }
+    }
+  }
+
+  void word(const std::string& table, const std::string& name) const {
+    const bool fine = !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+      return std::isalnum(c) || c == '_' || c == '-';
+    });
+    if (!fine) refuse(table, "name", "'" + name + "' cannot be a name: use letters, digits, _ and -");
+  }
+
+  void quad(const std::string& table, const LightConfig& light) const {
+    const int edges = given(table, "corner") + given(table, "edge_u") + given(table, "edge_v");
+    const int middle =
+        given(table, "center") + given(table, "width") + given(table, "height") + given(table, "direction");
+    if (!(edges == 3 && middle == 0) && !(edges == 0 && middle == 4)) {
+      refuse(table, "",
+             "a quad light needs corner, edge_u, edge_v (m), or else center, width, height (m), direction");
+    }
+    if (edges && !(light.edge_u->cross(*light.edge_v).norm() > 0)) {
+      refuse(table, "edge_v", "edge_u and edge_v of the quad light are parallel");
+    }
+    if (middle) require_direction(*light.direction, table, "direction");
+  }
+
+  void light(const std::string& table, const LightConfig& light) const {
+    if (light.type == "quad") quad(table, light);
+    if (light.type == "sphere" && !light.center)
+      refuse(table, "", "a sphere light needs 'center', 3 numbers (m)");
+    if (light.type != "sun") return;
+    const int angles = given(table, "azimuth") + given(table, "elevation");
+    if (given(table, "direction") ? angles != 0 : angles != 2) {
+      refuse(table, "", "a sun needs direction, or else azimuth and elevation (degrees)");
+    }
+    if (light.direction) require_direction(*light.direction, table, "direction");
+  }
+
+  template <class List, class Check>
+  void each(const std::string& table, const List& list, Check&& check) const {
+    for (std::size_t i = 0; i < list.size(); ++i) check(table + "[" + std::to_string(i) + "]", list[i]);
+  }
+
+  void all() const {
+    word("", scene.name);
+    camera();
+    simulation();
+    if (scene.snow.empty()) refuse("", "", "empty snow: the scene has no [[snow]]");
+    names("snow", scene.snow);
+    names("collider", scene.colliders);
+    names("surface", scene.surfaces);
+    each("snow", scene.snow, [&](const std::string& table, const SnowConfig& snow) {
+      shape(table, snow.shape);
+      moduli(table, snow);
+      limits(table, snow.material);
+    });
+    each("collider", scene.colliders, [&](const std::string& table, const ColliderConfig& collider) {
+      shape(table, collider.shape);
+      surface_name(table, collider.surface);
+    });
+    each("object", scene.objects, [&](const std::string& table, const ObjectConfig& object) {
+      shape(table, object.shape);
+      surface_name(table, object.surface);
+    });
+    if (scene.ground) surface_name("ground", scene.ground->surface);
+    each("light", scene.lights, [&](const std::string& table, const LightConfig& l) { light(table, l); });
+  }
+};
+
+}  // namespace
+
+std::string place_of(const SceneConfig& scene, const std::string& table, const std::string& key) {
+  const std::string path = table.empty() ? key : key.empty() ? table : table + "." + key;
+  for (const std::string& name : {path, table}) {
+    const auto place = scene.places.find(name);
+    if (place != scene.places.end()) return place->second;
+  }
+  return scene.file + ":1:1";
+}
+
+void validate(const SceneConfig& scene) { Checker{scene}.all(); }
+
+}  // namespace firn

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+// What no single key can show: contradictions between keys, names that lead nowhere, files that are missing.
+#pragma once
+#include <string>
+
+#include "src/scene/config.h"
+
+namespace firn {
+
+// Errors: usage Error, or io Error for a missing file, at the place of the offending key.
+void validate(const SceneConfig& scene);
+
+// Where a key was written, or else its table, or else the file: "snow[0]", "radius".
+std::string place_of(const SceneConfig& scene, const std::string& table, const std::string& key = "");
+
+}  // namespace firn
