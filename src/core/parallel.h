@@ -4,6 +4,7 @@
 #pragma once
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -32,6 +33,13 @@ void parallel_chunks(std::size_t count, std::size_t size, Body&& body) {
   parallel_for(chunks, 1, [&](std::size_t chunk) {
     body(chunk, chunk * size, std::min(count, (chunk + 1) * size));
   });
+}
+
+// Sorts [first, last). `less` must be a total order without ties: the sort is not stable, and only then is its result
+// the same for any number of threads.
+template <class Iterator, class Less>
+void parallel_sort(Iterator first, Iterator last, Less&& less) {
+  tbb::this_task_arena::isolate([&] { tbb::parallel_sort(first, last, less); });
 }
 
 }  // namespace firn

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+// Grid nodes of one block: momentum -> velocity, gravity, then contact with colliders (Stomakhin et al. 2013,
+// section 8: the relative velocity loses its normal part, and of its tangential part as much as Coulomb friction takes).
+#include "kernels/mpm/table.h"
+#include "kernels/simd/mat3.h"
+
+namespace firn::kernels::FIRN_ISA {
+
+namespace {
+
+// The 64 nodes, one array a component: contacts work with one node a lane.
+struct NodeVelocities {
+  alignas(64) float x[kBlockNodes], y[kBlockNodes], z[kBlockNodes];
+};
+
+FIRN_INLINE Vec3 after_contact(const Vec3& v, const Vec3& normal, ContactKind kind, float friction) {
+  const Floats zero = splat(0.f);
+  if (kind == kSticky) return {zero, zero, zero};
+  const Floats v_n = dot(v, normal);
+  const Vec3 tangential = add_scaled(v, normal, -v_n);
+  const Floats speed = sqrt(dot(tangential, tangential));
+  const Floats taken = splat(friction) * (kind == kSlip ? abs(v_n) : max(-v_n, zero));
+  const Floats kept = max(speed - taken, zero) / max(speed, splat(1e-30f));
+  const Vec3 slid = tangential * kept;
+  return kind == kSlip ? slid : select(less(v_n, zero), slid, v);
+}
+
+FIRN_INLINE void apply_contact(const ContactNodes& c, NodeVelocities& v) {
+  for (int i = 0; i < kBlockNodes; i += kLanes) {
+    // A node on the surface, up to rounding, touches.
+    const Mask touching = less(load(c.distance + i), splat(1e-5f));
+    if (!any(touching)) continue;
+    const Vec3 before{load(v.x + i), load(v.y + i), load(v.z + i)};
+    const Vec3 normal{load(c.normal[0] + i), load(c.normal[1] + i), load(c.normal[2] + i)};
+    const Vec3 after = select(touching, after_contact(before, normal, c.kind, c.friction), before);
+    store(v.x + i, after.x);
+    store(v.y + i, after.y);
+    store(v.z + i, after.z);
+  }
+}
+
+FIRN_INLINE void to_velocity(const StepParams& step, float* nodes) {
+  for (int i = 0; i < kBlockNodes; ++i, nodes += kNodeFloats) {
+    const float mass = nodes[3];
+    const bool carries = mass > step.mass_floor;
+    const float inverse = carries ? 1.f / mass : 0.f;
+    for (int axis = 0; axis < 3; ++axis) {
+      nodes[axis] = carries ? nodes[axis] * inverse + step.gravity_dt[axis] : 0.f;
+    }
+  }
+}
+
+}  // namespace
+
+void grid_update(const StepParams& step, const ContactNodes* contacts, int contact_count, float* nodes) {
+  to_velocity(step, nodes);
+  if (contact_count == 0) return;
+  NodeVelocities v;
+  for (int i = 0; i < kBlockNodes; ++i) {
+    v.x[i] = nodes[4 * i];
+    v.y[i] = nodes[4 * i + 1];
+    v.z[i] = nodes[4 * i + 2];
+  }
+  for (int k = 0; k < contact_count; ++k) apply_contact(contacts[k], v);
+  for (int i = 0; i < kBlockNodes; ++i) {
+    nodes[4 * i] = v.x[i];
+    nodes[4 * i + 1] = v.y[i];
+    nodes[4 * i + 2] = v.z[i];
+  }
+}
+
+}  // namespace firn::kernels::FIRN_ISA

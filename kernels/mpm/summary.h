@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// Collects a BlockSummary over batches: maxima in lanes, flags in masks, NaN caught by comparisons that it fails.
+#pragma once
+#include "kernels/mpm/views.h"
+#include "kernels/simd/mat3.h"
+
+namespace firn::kernels::FIRN_ISA {
+
+class Summary {
+ public:
+  FIRN_INLINE void add_position(Ints x, Ints y, Ints z) {
+    const Ints low = splat_int(-kOneCell), high = splat_int(5 * kOneCell - 1);
+    strayed_ = strayed_ | less(x, low) | less(high, x) | less(y, low) | less(high, y) | less(z, low) | less(high, z);
+  }
+
+  // The inert lanes of a batch stand still with F = I: they raise no maximum that a particle does not.
+  FIRN_INLINE void add_motion(const Vec3& v, const Mat3& c, const Mat3& f, Floats jp, Floats wave2) {
+    const Floats v2 = dot(v, v), c2 = norm2(c);
+    speed2_ = max(speed2_, v2);
+    rate2_ = max(rate2_, c2);
+    wave2_ = max(wave2_, wave2);
+    // Squares overflow beyond 1e19: no such speed, rate or stretch is a simulation's.
+    const Floats everything = (v2 + c2) + (norm2(f) + abs(jp));
+    finite_ = finite_ & less(everything, splat(3e38f));
+  }
+
+  FIRN_INLINE void add_clamped(Mask changed, int count) {
+    clamped_ += __builtin_popcount(static_cast<unsigned>(lane_bits(changed) & ((1 << count) - 1)));
+  }
+
+  FIRN_INLINE void write(BlockSummary& out) const {
+    out = {largest_lane(speed2_), largest_lane(wave2_), largest_lane(rate2_), any(strayed_), !all(finite_), clamped_};
+  }
+
+ private:
+  Floats speed2_ = splat(0.f), wave2_ = splat(0.f), rate2_ = splat(0.f);
+  Mask strayed_ = less(splat(1.f), splat(0.f));
+  Mask finite_ = less(splat(0.f), splat(1.f));
+  std::int32_t clamped_ = 0;
+};
+
+}  // namespace firn::kernels::FIRN_ISA

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT
+#include "src/particles/sort.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cstdio>
+
+#include "src/core/error.h"
+#include "src/core/parallel.h"
+
+namespace firn {
+
+namespace {
+
+constexpr int kInBlock = kernels::kCellBits + 2;  // bits of a position inside its block of four cells
+constexpr int kGone = kernels::kNeighbours;       // destination of those who left
+
+int cell_in_block(std::int64_t x, std::int64_t y, std::int64_t z) {
+  const auto cell = [](std::int64_t p) { return static_cast<int>(p >> kernels::kCellBits) & 3; };
+  return (cell(x) * 4 + cell(y)) * 4 + cell(z);
+}
+
+BlockCoord block_of(const LatticePoint& p) {
+  const auto block = [](std::int64_t c) {
+    return static_cast<std::int32_t>(std::clamp<std::int64_t>(c >> kInBlock, INT32_MIN / 2, INT32_MAX / 2));
+  };
+  return {block(p.x), block(p.y), block(p.z)};
+}
+
+int destination(const kernels::ParticleView& p, std::size_t i) {
+  int n = 0;
+  for (const auto* x : p.x) {
+    const int step = x[i] >> kInBlock;
+    assert(step >= -1 && step <= 1);
+    n = 3 * n + step + 1;
+  }
+  return n;
+}
+
+}  // namespace
+
+std::optional<std::size_t> find_block(const std::vector<BlockKey>& keys, BlockKey key) {
+  const auto at = std::lower_bound(keys.begin(), keys.end(), key);
+  if (at == keys.end() || *at != key) return std::nullopt;
+  return static_cast<std::size_t>(at - keys.begin());
+}
+
+std::vector<std::uint32_t> place_in_blocks(const std::vector<LatticePoint>& points, double dx, ParticleBlocks& blocks) {
+  struct Entry {
+    std::uint64_t key;  // block, then cell
+    std::uint32_t index;
+  };
+  std::vector<Entry> entries(points.size());
+  parallel_for(points.size(), 4096, [&](std::size_t i) {
+    const LatticePoint& p = points[i];
+    const BlockCoord b = block_of(p);
+    const std::uint64_t key = addressable(b) ? block_key(b) : ~std::uint64_t{0} >> 6;
+    entries[i] = {key << 6 | static_cast<std::uint64_t>(cell_in_block(p.x, p.y, p.z)), static_cast<std::uint32_t>(i)};
+  });
+  parallel_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+    return a.key != b.key ? a.key < b.key : a.index < b.index;
+  });
+
+  blocks = {};
+  std::vector<std::uint32_t> order(points.size());
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    order[i] = entries[i].index;
+    const BlockKey key = entries[i].key >> 6;
+    if (!blocks.key.empty() && blocks.key.back() == key) continue;
+    const BlockCoord coord = block_of(points[order[i]]);
+    if (!addressable(coord)) {
+      char text[160];
+      std::snprintf(text, sizeof text, "snow lies more than %.3g m from the origin, the end of the grid at dx = %.3g m",
+                    4 * dx * (kBlockReach - 1), dx);
+      throw Error(ExitCode::usage, "", text);
+    }
+    blocks.key.push_back(key);
+    blocks.coord.push_back(coord);
+    blocks.begin.push_back(i);
+  }
+  blocks.begin.push_back(points.size());
+  return order;
+}
+
+void BlockSorter::group_by_destination(const ParticleColumns& particles, const ParticleBlocks& blocks,
+                                       const Leavers& leavers) {
+  const kernels::ParticleView p = particles.view();
+  by_destination_.resize(particles.size());
+  flows_of_block_.resize(blocks.size());
+  parallel_for(blocks.size(), 4, [&](std::size_t b) {
+    const std::size_t begin = blocks.begin[b], end = blocks.begin[b + 1];
+    const bool may_lose = leavers.may_lose && leavers.may_lose(blocks.coord[b]);
+    const auto where = [&](std::size_t i) {
+      const std::int32_t x[3] = {p.x[0][i], p.x[1][i], p.x[2][i]};
+      return may_lose && leavers.is_gone(blocks.coord[b], x) ? kGone : destination(p, i);
+    };
+    std::array<std::size_t, kGone + 2> at{};  // counts, then where the next particle of a destination goes
+    for (std::size_t i = begin; i < end; ++i) ++at[where(i) + 1];
+    at[0] = begin;
+    auto& flows = flows_of_block_[b];
+    flows.clear();
+    for (int n = 0; n <= kGone; ++n) {
+      at[n + 1] += at[n];
+      if (n == kGone || at[n] == at[n + 1]) continue;
+      const BlockCoord to = neighbour(blocks.coord[b], n);
+      flows.push_back({addressable(to) ? block_key(to) : ~BlockKey{0}, to, static_cast<std::uint32_t>(b), at[n],
+                       at[n + 1]});
+    }
+    for (std::size_t i = begin; i < end; ++i) by_destination_[at[where(i)]++] = static_cast<std::uint32_t>(i);
+  });
+}
+
+void BlockSorter::cut_new_blocks(ParticleBlocks& blocks) {
+  flows_.clear();
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    flows_.insert(flows_.end(), flows_of_block_[b].begin(), flows_of_block_[b].end());
+  }
+  parallel_sort(flows_.begin(), flows_.end(),
+                [](const Flow& a, const Flow& b) { return a.to != b.to ? a.to < b.to : a.from < b.from; });
+  if (!flows_.empty() && flows_.back().to == ~BlockKey{0}) {
+    throw Error(ExitCode::unstable, "", "snow has travelled to the end of the grid, " + std::to_string(4 * kBlockReach) +
+                                            " cells from the origin: give the scene a domain or a floor");
+  }
+  blocks.coord.clear();
+  blocks.key.clear();
+  blocks.begin.assign(1, 0);
+  first_flow_.clear();
+  std::size_t count = 0;
+  for (std::size_t f = 0; f < flows_.size(); ++f) {
+    if (f == 0 || flows_[f].to != flows_[f - 1].to) {
+      if (f != 0) blocks.begin.push_back(count);
+      blocks.coord.push_back(flows_[f].coord);
+      blocks.key.push_back(flows_[f].to);
+      first_flow_.push_back(f);
+    }
+    count += flows_[f].end - flows_[f].begin;
+  }
+  if (!flows_.empty()) blocks.begin.push_back(count);
+  first_flow_.push_back(flows_.size());
+}
+
+void BlockSorter::order_cells(const ParticleColumns& particles, const ParticleBlocks& blocks) {
+  const kernels::ParticleView p = particles.view();
+  order_.resize(blocks.begin.back());
+  parallel_for(blocks.size(), 4, [&](std::size_t b) {
+    const auto for_each = [&](auto&& f) {
+      for (std::size_t k = first_flow_[b]; k < first_flow_[b + 1]; ++k) {
+        for (std::size_t i = flows_[k].begin; i < flows_[k].end; ++i) f(by_destination_[i]);
+      }
+    };
+    const auto cell = [&](std::uint32_t i) { return cell_in_block(p.x[0][i], p.x[1][i], p.x[2][i]); };
+    std::array<std::size_t, kernels::kBlockNodes + 1> at{};
+    for_each([&](std::uint32_t i) { ++at[static_cast<std::size_t>(cell(i)) + 1]; });
+    at[0] = blocks.begin[b];
+    for (int c = 0; c < kernels::kBlockNodes; ++c) at[c + 1] += at[c];
+    for_each([&](std::uint32_t i) { order_[at[static_cast<std::size_t>(cell(i))]++] = i; });
+  });
+}
+
+std::size_t BlockSorter::sort(ParticleColumns& particles, ParticleBlocks& blocks, const Leavers& leavers) {
+  const std::size_t before = particles.size();
+  group_by_destination(particles, blocks, leavers);
+  cut_new_blocks(blocks);
+  order_cells(particles, blocks);
+  particles.permute(order_);
+  const kernels::ParticleView p = particles.view();
+  parallel_chunks(particles.size(), 16384, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (auto* x : p.x) {
+      for (std::size_t i = begin; i < end; ++i) x[i] &= (1 << kInBlock) - 1;  // now from the new block's corner
+    }
+  });
+  return before - particles.size();
+}
+
+std::size_t BlockSorter::resident_bytes() const {
+  std::size_t bytes = (by_destination_.capacity() + order_.capacity()) * sizeof(std::uint32_t) +
+                      flows_.capacity() * sizeof(Flow) + first_flow_.capacity() * sizeof(std::size_t);
+  for (const auto& flows : flows_of_block_) bytes += sizeof flows + flows.capacity() * sizeof(Flow);
+  return bytes;
+}
+
+}  // namespace firn
