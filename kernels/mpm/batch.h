@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// kLanes particles of a range, one a lane. The last batch of a range is padded with inert lanes in registers, so a
-// kernel has no tail loop and touches no particle of the next block.
+// kLanes particles of a range, one a lane. The last batch of a range is padded with inert lanes in registers,
+// so a kernel has no tail loop and touches no particle of the next block.
 #pragma once
 #include "kernels/mpm/views.h"
 #include "kernels/simd/mat3.h"

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Singular values of F clamped to [lo, hi], only where it changes something: all of them lie inside exactly when
-// F^T F - lo^2 I and hi^2 I - F^T F are positive definite and det F > 0, which costs a tenth of an SVD. A lane that
-// passes keeps every bit of its F, whatever its neighbours need.
+// Singular values of F clamped to [lo, hi], only where it changes something: all of them lie inside exactly
+// when F^T F - lo^2 I and hi^2 I - F^T F are positive definite and det F > 0, which costs a tenth of an SVD.
+// A lane that passes keeps every bit of its F, whatever its neighbours need.
 #pragma once
 #include "kernels/mpm/views.h"
 #include "kernels/simd/svd3.h"
 
 namespace firn::kernels::FIRN_ISA {
-
 
 FIRN_INLINE Mask inside_box(const Mat3& f, Floats lo, Floats hi) {
   const Sym3 c = transpose_times(f);
@@ -32,8 +31,8 @@ inline void clamp_by_svd(Mat3& f, Floats lo, Floats hi, Mask& changed, Floats& v
   volume_ratio = before / after;
 }
 
-// Clamps F in the `active` lanes and moves the lost volume change into Jp, which stays in [jp_min, jp_max]. Returns the
-// lanes whose F changed.
+// Clamps F in the `active` lanes and moves the lost volume change into Jp, which stays in [jp_min, jp_max].
+// Returns the lanes whose F changed.
 FIRN_INLINE Mask clamp_into_jp(const MaterialParams& p, Mat3& f, Floats& jp, Mask active) {
   const Floats lo = splat(p.sigma_min), hi = splat(p.sigma_max);
   Mask changed = active & !inside_box(f, lo, hi);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Tile -> particles: v = sum w v_i, C = 4/dx^2 sum w v_i (x_i - x_p)^T, then x += dt v, F = (I + dt C) F with this very
-// C, and plasticity. Gathered with nodes in lanes into one record a particle, transposed, then one particle a lane.
+// Tile -> particles: v = sum w v_i, C = 4/dx^2 sum w v_i (x_i - x_p)^T, then x += dt v, F = (I + dt C) F with
+// this very C, and plasticity. Gathered with nodes in lanes into one record a particle, transposed, then one
+// particle a lane.
 #include "kernels/mpm/materials.h"
 #include "kernels/mpm/stencil.h"
 #include "kernels/mpm/summary.h"
@@ -14,7 +15,8 @@ struct Gathered {
   alignas(64) float of[kBatch][16];
 };
 
-// Sums of a row's four nodes, as (0 + 2) + (1 + 3) at every width: v, then the three columns of the affine part.
+// Sums of a row's four nodes, as (0 + 2) + (1 + 3) at every width: v, then the three columns of the affine
+// part.
 FIRN_INLINE void store_node_sums(Floats (&sums)[4][16 / kLanes], float* out) {
 #if defined(__AVX512F__)
   const __m512 a = sums[0][0], b = sums[1][0], c = sums[2][0], d = sums[3][0];
@@ -32,7 +34,8 @@ FIRN_INLINE void store_node_sums(Floats (&sums)[4][16 / kLanes], float* out) {
 }
 
 // Part `part` of the rows of particle l: sums over x and y, still one entry a z-node.
-FIRN_INLINE void gather_part(int part, const Stencils& s, int l, const float* tile, Floats (&sums)[4][16 / kLanes]) {
+FIRN_INLINE void gather_part(int part, const Stencils& s, int l, const float* tile,
+                             Floats (&sums)[4][16 / kLanes]) {
   const float* at = tile + s.offset[l] + part * kLanes;
   const float fx = s.fraction[0][l], fy = s.fraction[1][l];
   const Floats fz = splat(s.fraction[2][l]);
@@ -88,22 +91,25 @@ FIRN_INLINE Ints move(const ParticleView& p, int axis, Batch b, Floats displacem
   return x;
 }
 
-FIRN_INLINE void update_particles(const StepParams& step, const MaterialParams* materials, const ParticleView& p,
-                                  Batch b, int slot, const Gathered& gathered, Summary& summary) {
+FIRN_INLINE void update_particles(const StepParams& step, const MaterialParams* materials,
+                                  const ParticleView& p, Batch b, int slot, const Gathered& gathered,
+                                  Summary& summary) {
   Vec3 v;
   Mat3 c;
   load_gathered(gathered, slot, 4.f * step.inv_dx, v, c);
   store_vec3(p.v, b, v);
   store_mat3(p.C, b, c);
   const Floats to_fixed = splat(step.dt * step.inv_dx * static_cast<float>(kOneCell));
-  summary.add_position(move(p, 0, b, v.x * to_fixed), move(p, 1, b, v.y * to_fixed), move(p, 2, b, v.z * to_fixed));
+  summary.add_position(move(p, 0, b, v.x * to_fixed), move(p, 1, b, v.y * to_fixed),
+                       move(p, 2, b, v.z * to_fixed));
 
   Mat3 f = advance(c, splat(step.dt), load_mat3(p.F, b, 1.f));
   Floats jp = load(p.Jp, b, 1.f), wave2 = splat(0.f);
-  for_each_object(materials, p.object, b, [&](auto model, const MaterialParams& params, Mask mask) FIRN_INLINE_LAMBDA {
-    if (params.plastic) summary.add_clamped(model.project(params, f, jp, mask), b.count);
-    wave2 = select(mask, model.wave_speed2(params, f, jp), wave2);
-  });
+  for_each_object(materials, p.object, b,
+                  [&](auto model, const MaterialParams& params, Mask mask) FIRN_INLINE_LAMBDA {
+                    if (params.plastic) summary.add_clamped(model.project(params, f, jp, mask), b.count);
+                    wave2 = select(mask, model.wave_speed2(params, f, jp), wave2);
+                  });
   store_mat3(p.F, b, f);
   store_first(p.Jp + b.first, b.count, jp);
   summary.add_motion(v, c, f, jp, wave2);

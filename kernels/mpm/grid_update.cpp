@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Grid nodes of one block: momentum -> velocity, gravity, then contact with colliders (Stomakhin et al. 2013,
-// section 8: the relative velocity loses its normal part, and of its tangential part as much as Coulomb friction takes).
+// section 8: the relative velocity loses its normal part, and of its tangential part as much as Coulomb
+// friction takes).
 #include "kernels/mpm/table.h"
 #include "kernels/simd/mat3.h"
 
@@ -27,8 +28,7 @@ FIRN_INLINE Vec3 after_contact(const Vec3& v, const Vec3& normal, ContactKind ki
 
 FIRN_INLINE void apply_contact(const ContactNodes& c, NodeVelocities& v) {
   for (int i = 0; i < kBlockNodes; i += kLanes) {
-    // A node on the surface, up to rounding, touches.
-    const Mask touching = less(load(c.distance + i), splat(1e-5f));
+    const Mask touching = less(load(c.distance + i), splat(kTouchingCells));
     if (!any(touching)) continue;
     const Vec3 before{load(v.x + i), load(v.y + i), load(v.z + i)};
     const Vec3 normal{load(c.normal[0] + i), load(c.normal[1] + i), load(c.normal[2] + i)};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Neo-Hookean elasticity: tau = mu (F F^T - I) + lambda ln(J) I, psi = mu/2 (|F|^2 - 3) - mu ln J + lambda/2 ln^2 J.
+// Neo-Hookean elasticity: tau = mu (F F^T - I) + lambda ln(J) I, psi = mu/2 (|F|^2 - 3) - mu ln J + lambda/2
+// ln^2 J.
 #pragma once
 #include "kernels/mpm/clamp.h"
 #include "kernels/mpm/views.h"
@@ -9,7 +10,8 @@
 namespace firn::kernels::FIRN_ISA {
 
 struct NeoHookean {
-  // The logarithm ends at J = 0.01: an element that is flatter, or inside out, keeps the greatest finite pressure.
+  // The logarithm ends at J = 0.01: an element that is flatter, or inside out, keeps the greatest finite
+  // pressure.
   static FIRN_INLINE Floats log_volume(const Mat3& f) { return log(max(det(f), splat(0.01f))); }
 
   static FIRN_INLINE Sym3 stress(const MaterialParams& p, const Mat3& f, Floats) {
@@ -23,8 +25,8 @@ struct NeoHookean {
     return splat(0.5f * p.mu) * e + log_j * (splat(0.5f * p.lambda) * log_j - splat(p.mu));
   }
 
-  // Spatial speed of a uniaxial wave, F^2 dP/dF / rho0 = (mu (F^2 + 1) + lambda (1 - ln F)) / rho0, with the largest
-  // squared stretch bounded by |F|^2 - 2.
+  // Spatial speed of a uniaxial wave, F^2 dP/dF / rho0 = (mu (F^2 + 1) + lambda (1 - ln F)) / rho0, with the
+  // largest squared stretch bounded by |F|^2 - 2.
   static FIRN_INLINE Floats wave_speed2(const MaterialParams& p, const Mat3& f, Floats) {
     const Floats one = splat(1.f);
     const Floats stretch2 = max(one, norm2(f) - splat(2.f));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Snow after Stomakhin et al. 2013, sections 5 and 6: fixed corotated, tau = 2 mu (F - R) F^T + lambda (J - 1) J I,
-// with mu and lambda scaled by exp(xi (1 - Jp)). With G = sqrt(F F^T) - I the first term is 2 mu (G + G^2).
+// Snow after Stomakhin et al. 2013, sections 5 and 6: fixed corotated, tau = 2 mu (F - R) F^T + lambda (J -
+// 1) J I, with mu and lambda scaled by exp(xi (1 - Jp)). With G = sqrt(F F^T) - I the first term is 2 mu (G +
+// G^2).
 #pragma once
 #include "kernels/mpm/clamp.h"
 #include "kernels/mpm/stretch.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The list of materials and how a batch that may mix them is evaluated: once for every object in it, under a mask.
-// Snow is sorted by place, so nearly every batch holds one object. A new material is a header like material_snow.h and
-// one line in `with_material`.
+// The list of materials and how a batch that may mix them is evaluated: once for every object in it, under a
+// mask. Snow is sorted by place, so nearly every batch holds one object. A new material is a header like
+// material_snow.h and one line in `with_material`.
 #pragma once
 #include "kernels/mpm/batch.h"
 #include "kernels/mpm/material_neo_hookean.h"
@@ -13,14 +13,17 @@ namespace firn::kernels::FIRN_ISA {
 template <class F>
 FIRN_INLINE void with_material(MaterialKind kind, F&& f) {
   switch (kind) {
-    case kNeoHookean: return f(NeoHookean{});
-    case kSnow: return f(Snow{});
+    case kNeoHookean:
+      return f(NeoHookean{});
+    case kSnow:
+      return f(Snow{});
   }
 }
 
 // Calls f(model, params, mask) for every object in the batch; the masks are disjoint and cover its particles.
 template <class F>
-FIRN_INLINE void for_each_object(const MaterialParams* materials, const std::uint32_t* objects, Batch b, F&& f) {
+FIRN_INLINE void for_each_object(const MaterialParams* materials, const std::uint32_t* objects, Batch b,
+                                 F&& f) {
   const std::int32_t* column = reinterpret_cast<const std::int32_t*>(objects);
   const Ints object = load_first(column + b.first, b.count, column[b.first]);
   int left = kAllLanes;

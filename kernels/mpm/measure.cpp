@@ -6,7 +6,8 @@
 
 namespace firn::kernels::FIRN_ISA {
 
-void summarise(const MaterialParams* materials, const ParticleView& p, ParticleRange range, BlockSummary* out) {
+void summarise(const MaterialParams* materials, const ParticleView& p, ParticleRange range,
+               BlockSummary* out) {
   Summary summary;
   for (std::size_t first = range.begin; first < range.end; first += kLanes) {
     const Batch b = batch_at(range, first);
@@ -22,16 +23,16 @@ void summarise(const MaterialParams* materials, const ParticleView& p, ParticleR
   summary.write(*out);
 }
 
-void elastic_energy(const MaterialParams* materials, const ParticleView& p, ParticleRange range, float* energy) {
+void elastic_energy(const MaterialParams* materials, const ParticleView& p, ParticleRange range,
+                    float* energy) {
   for (std::size_t first = range.begin; first < range.end; first += kLanes) {
     const Batch b = batch_at(range, first);
     const Mat3 f = load_mat3(p.F, b, 1.f);
     const Floats jp = load(p.Jp, b, 1.f);
     Floats psi = splat(0.f);
     for_each_object(materials, p.object, b,
-                    [&](auto model, const MaterialParams& params, Mask mask) FIRN_INLINE_LAMBDA {
-                      psi = select(mask, model.energy(params, f, jp), psi);
-                    });
+                    [&](auto model, const MaterialParams& params, Mask mask)
+                        FIRN_INLINE_LAMBDA { psi = select(mask, model.energy(params, f, jp), psi); });
     store_first(energy + (first - range.begin), b.count, psi);
   }
 }
@@ -69,7 +70,8 @@ int project(const MaterialParams* materials, const ParticleView& p, ParticleRang
   return out.clamped;
 }
 
-void svd(const float* const f[9], std::size_t count, float* const u[9], float* const s[3], float* const v[9]) {
+void svd(const float* const f[9], std::size_t count, float* const u[9], float* const s[3],
+         float* const v[9]) {
   for (std::size_t first = 0; first < count; first += kLanes) {
     const Batch b = batch_at({0, count}, first);
     Mat3 a;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Particles -> tile: m_i += w m, (mv)_i += w (m v + (m C - dt V0 4/dx^2 tau)(x_i - x_p)) (Hu et al. 2018).
-// Stress and the affine matrix are computed with one particle a lane, transposed to one record a particle, and each
-// record is spread with nodes in lanes. Particles of one cell follow one another, so their nine rows are summed in
-// registers and reach the tile when the cell changes. Batches are cut from the range's start at kBatch particles on
-// every instruction set: the order of additions, and so the bits, are the same.
+// Stress and the affine matrix are computed with one particle a lane, transposed to one record a particle,
+// and each record is spread with nodes in lanes. Particles of one cell follow one another, so their nine rows
+// are summed in registers and reach the tile when the cell changes. Batches are cut from the range's start at
+// kBatch particles on every instruction set: the order of additions, and so the bits, are the same.
 #include "kernels/mpm/materials.h"
 #include "kernels/mpm/stencil.h"
 
@@ -21,25 +21,38 @@ FIRN_INLINE Sym3 batch_stress(const MaterialParams* materials, const ParticleVie
   const Floats jp = load(p.Jp, b, 1.f);
   const Floats zero = splat(0.f);
   Sym3 tau{zero, zero, zero, zero, zero, zero};
-  for_each_object(materials, p.object, b, [&](auto model, const MaterialParams& params, Mask mask) FIRN_INLINE_LAMBDA {
-    const Sym3 own = model.stress(params, f, jp);
-    tau = all(mask) ? own : select(mask, own, tau);
-  });
+  for_each_object(materials, p.object, b,
+                  [&](auto model, const MaterialParams& params, Mask mask) FIRN_INLINE_LAMBDA {
+                    const Sym3 own = model.stress(params, f, jp);
+                    tau = all(mask) ? own : select(mask, own, tau);
+                  });
   return tau;
 }
 
-FIRN_INLINE void fill_records(const StepParams& step, const MaterialParams* materials, const ParticleView& p, Batch b,
-                              int slot, Records& out) {
+FIRN_INLINE void fill_records(const StepParams& step, const MaterialParams* materials, const ParticleView& p,
+                              Batch b, int slot, Records& out) {
   const Floats m = load(p.m, b, 0.f);
   const Vec3 v = load_vec3(p.v, b);
   const Mat3 c = load_mat3(p.C, b, 0.f);
   const Sym3 tau = batch_stress(materials, p, b) * (load(p.V0, b, 0.f) * splat(-4.f * step.dt * step.inv_dx));
   const Floats mdx = m * splat(step.dx);
   const Floats zero = splat(0.f);
-  Floats r[16] = {m * v.x, m * v.y, m * v.z, m,
-                  fma(mdx, c.m[0], tau.xx), fma(mdx, c.m[3], tau.xy), fma(mdx, c.m[6], tau.xz), zero,
-                  fma(mdx, c.m[1], tau.xy), fma(mdx, c.m[4], tau.yy), fma(mdx, c.m[7], tau.yz), zero,
-                  fma(mdx, c.m[2], tau.xz), fma(mdx, c.m[5], tau.yz), fma(mdx, c.m[8], tau.zz), zero};
+  Floats r[16] = {m * v.x,
+                  m * v.y,
+                  m * v.z,
+                  m,
+                  fma(mdx, c.m[0], tau.xx),
+                  fma(mdx, c.m[3], tau.xy),
+                  fma(mdx, c.m[6], tau.xz),
+                  zero,
+                  fma(mdx, c.m[1], tau.xy),
+                  fma(mdx, c.m[4], tau.yy),
+                  fma(mdx, c.m[7], tau.yz),
+                  zero,
+                  fma(mdx, c.m[2], tau.xz),
+                  fma(mdx, c.m[5], tau.yz),
+                  fma(mdx, c.m[8], tau.zz),
+                  zero};
 #pragma GCC unroll 4
   for (int part = 0; part < 16 / kLanes; ++part) {
     transpose(r + part * kLanes);

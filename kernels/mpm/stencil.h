@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Where a particle's 3x3x3 stencil lies in its block's tile and what it weighs. Particles are taken kBatch at a time on
-// every instruction set: their weights are computed in lanes, then each particle is spread over its nodes, one
-// register being 4 z-nodes x {x, y, z, mass} (16 floats; two or four registers on narrower machines).
+// Where a particle's 3x3x3 stencil lies in its block's tile and what it weighs. Particles are taken kBatch at
+// a time on every instruction set: their weights are computed in lanes, then each particle is spread over its
+// nodes, one register being 4 z-nodes x {x, y, z, mass} (16 floats; two or four registers on narrower
+// machines).
 #pragma once
 #include "kernels/mpm/batch.h"
 #include "kernels/simd/transpose.h"
@@ -9,8 +10,8 @@
 namespace firn::kernels::FIRN_ISA {
 
 inline constexpr int kBatch = 16;
-inline constexpr int kRowFloats = 16;                    // 4 z-nodes
-inline constexpr int kRowStride = kTileSide * kNodeFloats;            // tile floats from y to y + 1
+inline constexpr int kRowFloats = 16;                                    // 4 z-nodes
+inline constexpr int kRowStride = kTileSide * kNodeFloats;               // tile floats from y to y + 1
 inline constexpr int kSlabStride = kTileSide * kTileSide * kNodeFloats;  // from x to x + 1
 
 struct Stencils {
@@ -49,7 +50,7 @@ FIRN_INLINE void fill_stencils(const ParticleView& p, Batch b, int slot, Stencil
 
 // Constants of z-node k in the four floats of node k: part `part` of a row.
 struct RowConstants {
-  alignas(64) float node[kRowFloats];  // k - 1/2
+  alignas(64) float node[kRowFloats];                                // k - 1/2
   alignas(64) float w0[kRowFloats], w1[kRowFloats], w2[kRowFloats];  // weight = w0 + f (w1 + f w2)
 };
 inline constexpr RowConstants kRow = {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The left stretch of F less the identity, G = sqrt(F F^T) - I = U (S - I) U^T: all that fixed-corotated elasticity
-// needs of the polar decomposition. Snow stays within a few per cent of a rotation, where a power series in
-// E = F F^T - I is exact to round-off; lanes outside that go through the SVD, each lane by its own criterion.
+// The left stretch of F less the identity, G = sqrt(F F^T) - I = U (S - I) U^T: all that fixed-corotated
+// elasticity needs of the polar decomposition. Snow stays within a few per cent of a rotation, where a power
+// series in E = F F^T - I is exact to round-off; lanes outside that go through the SVD, each lane by its own
+// criterion.
 #pragma once
 #include "kernels/simd/svd3.h"
 
@@ -37,10 +38,10 @@ inline void stretch_by_svd(const Mat3& f, Sym3& out) {
 FIRN_INLINE Sym3 stretch_less_identity(const Mat3& f) {
   const Sym3 e = add_diagonal(times_transpose(f), splat(-1.f));
   // A reflection near the identity has a small E too: only the SVD gives its signed stretch.
-  const Mask near_rotation =
-      less(norm2(e), splat(kSeriesRadius * kSeriesRadius)) & less(splat(0.f), det(f));
+  const Mask near_rotation = less(norm2(e), splat(kSeriesRadius * kSeriesRadius)) & less(splat(0.f), det(f));
   const Sym3 series = stretch_series(e);
-  if (all(near_rotation)) [[likely]] return series;
+  if (all(near_rotation)) [[likely]]
+    return series;
   Sym3 exact;
   stretch_by_svd(f, exact);
   return select(near_rotation, series, exact);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Collects a BlockSummary over batches: maxima in lanes, flags in masks, NaN caught by comparisons that it fails.
+// Collects a BlockSummary over batches: maxima in lanes, flags in masks, NaN caught by comparisons that it
+// fails.
 #pragma once
 #include "kernels/mpm/views.h"
 #include "kernels/simd/mat3.h"
@@ -10,7 +11,8 @@ class Summary {
  public:
   FIRN_INLINE void add_position(Ints x, Ints y, Ints z) {
     const Ints low = splat_int(-kOneCell), high = splat_int(5 * kOneCell - 1);
-    strayed_ = strayed_ | less(x, low) | less(high, x) | less(y, low) | less(high, y) | less(z, low) | less(high, z);
+    strayed_ =
+        strayed_ | less(x, low) | less(high, x) | less(y, low) | less(high, y) | less(z, low) | less(high, z);
   }
 
   // The inert lanes of a batch stand still with F = I: they raise no maximum that a particle does not.
@@ -29,7 +31,8 @@ class Summary {
   }
 
   FIRN_INLINE void write(BlockSummary& out) const {
-    out = {largest_lane(speed2_), largest_lane(wave2_), largest_lane(rate2_), any(strayed_), !all(finite_), clamped_};
+    out = {largest_lane(speed2_), largest_lane(wave2_), largest_lane(rate2_),
+           any(strayed_),         !all(finite_),        clamped_};
   }
 
  private:

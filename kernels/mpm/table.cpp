@@ -27,7 +27,8 @@ Function<decltype(MpmKernels::project)>::Type project;
 Function<decltype(MpmKernels::svd)>::Type svd;
 
 MpmKernels mpm_kernels() {
-  return {p2g, reduce_tiles, grid_update, assemble_tile, g2p, summarise, elastic_energy, stress, project, svd};
+  return {p2g,       reduce_tiles,   grid_update, assemble_tile, g2p,
+          summarise, elastic_energy, stress,      project,       svd};
 }
 
 }  // namespace firn::kernels::FIRN_ISA

@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: MIT
-// The MPM kernels of one instruction set. A particle's result does not depend on the range it is processed in.
+// The MPM kernels of one instruction set. A particle's result does not depend on the range it is processed
+// in.
 #pragma once
 #include "kernels/mpm/views.h"
 
 namespace firn::kernels {
 
 struct MpmKernels {
-  // Particles of one block -> its private tile (kTileStride floats, overwritten): momentum and mass, stress included.
-  void (*p2g)(const StepParams&, const MaterialParams* materials, const ParticleView&, ParticleRange, float* tile);
+  // Particles of one block -> its private tile (kTileStride floats, overwritten): momentum and mass, stress
+  // included.
+  void (*p2g)(const StepParams&, const MaterialParams* materials, const ParticleView&, ParticleRange,
+              float* tile);
 
-  // Sums into the 64 nodes of a block (kBlockFloats, overwritten) the parts of the tiles around it, in the order of
-  // the neighbours; tiles[n] is the tile of the particle block at neighbour n, or null.
+  // Sums into the 64 nodes of a block (kBlockFloats, overwritten) the parts of the tiles around it, in the
+  // order of the neighbours; tiles[n] is the tile of the particle block at neighbour n, or null.
   void (*reduce_tiles)(const float* const tiles[kNeighbours], float* nodes);
 
   // Momentum -> velocity, gravity, then the contacts in order. The fourth float stays the mass.
@@ -24,17 +27,20 @@ struct MpmKernels {
               const float* tile, BlockSummary* summary);
 
   // The summary of particles as they stand, without a step (`strayed` and `clamped` stay 0).
-  void (*summarise)(const MaterialParams* materials, const ParticleView&, ParticleRange, BlockSummary* summary);
+  void (*summarise)(const MaterialParams* materials, const ParticleView&, ParticleRange,
+                    BlockSummary* summary);
 
   // J per m^3 of placed volume, one a particle, at energy[i - range.begin].
   void (*elastic_energy)(const MaterialParams* materials, const ParticleView&, ParticleRange, float* energy);
 
   // For tests and benches: Kirchhoff stress (xx yy zz xy xz yz columns of `stride` floats) at tau[i - begin].
-  void (*stress)(const MaterialParams* materials, const ParticleView&, ParticleRange, float* tau, std::size_t stride);
+  void (*stress)(const MaterialParams* materials, const ParticleView&, ParticleRange, float* tau,
+                 std::size_t stride);
   // F and Jp through the yield surface, in place; returns how many F changed.
   int (*project)(const MaterialParams* materials, const ParticleView&, ParticleRange);
   // Columns of `count` floats: F[9] -> U[9], s[3], V[9], row-major.
-  void (*svd)(const float* const f[9], std::size_t count, float* const u[9], float* const s[3], float* const v[9]);
+  void (*svd)(const float* const f[9], std::size_t count, float* const u[9], float* const s[3],
+              float* const v[9]);
 };
 
 }  // namespace firn::kernels

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Between the 8x8x8 tiles of particle blocks and the 4x4x4 blocks of the grid. Every grid block sums the tiles around
-// it in one fixed order, so no thread writes where another does and the bits do not depend on how many there are.
+// Between the 8x8x8 tiles of particle blocks and the 4x4x4 blocks of the grid. Every grid block sums the
+// tiles around it in one fixed order, so no thread writes where another does and the bits do not depend on
+// how many there are.
 //
 //   tile index on an axis    0 | 1 2 3 4 | 5 6 7
 //   lies in the block at    -1 |    0    |  +1
@@ -39,7 +40,8 @@ FIRN_INLINE void add_part(const float* tile, int dx, int dy, float* nodes) {
   constexpr Overlap z = kFromBlock[dz];
   for (int i = 0; i < x.count; ++i) {
     for (int j = 0; j < y.count; ++j) {
-      add_run<z.count>(tile + tile_at(x.tile + i, y.tile + j, z.tile), nodes + node_at(x.node + i, y.node + j, z.node));
+      add_run<z.count>(tile + tile_at(x.tile + i, y.tile + j, z.tile),
+                       nodes + node_at(x.node + i, y.node + j, z.node));
     }
   }
 }
@@ -50,7 +52,8 @@ FIRN_INLINE void copy_part(const float* nodes, int dx, int dy, float* tile) {
   constexpr Overlap z = kFromTile[dz];
   for (int i = 0; i < x.count; ++i) {
     for (int j = 0; j < y.count; ++j) {
-      copy_run<z.count>(nodes + node_at(x.node + i, y.node + j, z.node), tile + tile_at(x.tile + i, y.tile + j, z.tile));
+      copy_run<z.count>(nodes + node_at(x.node + i, y.node + j, z.node),
+                        tile + tile_at(x.tile + i, y.tile + j, z.tile));
     }
   }
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Lanes: one register of floats, as wide as the instruction set of this build (4, 8 or 16), with GNU vector arithmetic
-// (a * b + c, -a, a / b) and the few operations that it lacks. A lane never sees its neighbours, so a kernel written
-// with these gives the same bits at 8 and at 16 lanes; `base` has no fused multiply-add and promises only its own.
-// Masks are mask registers on AVX-512 and integer vectors elsewhere, hidden behind one type.
+// Lanes: one register of floats, as wide as the instruction set of this build (4, 8 or 16), with GNU vector
+// arithmetic (a * b + c, -a, a / b) and the few operations that it lacks. A lane never sees its neighbours,
+// so a kernel written with these gives the same bits at 8 and at 16 lanes; `base` has no fused multiply-add
+// and promises only its own. Masks are mask registers on AVX-512 and integer vectors elsewhere, hidden behind
+// one type.
 #pragma once
 #include <immintrin.h>
 
@@ -74,7 +75,9 @@ FIRN_INLINE Ints load(const std::int32_t* p) {
   return (Ints)_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p));
 }
 FIRN_INLINE void store(float* p, Floats a) { _mm256_storeu_ps(p, a); }
-FIRN_INLINE void store(std::int32_t* p, Ints a) { _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), (__m256i)a); }
+FIRN_INLINE void store(std::int32_t* p, Ints a) {
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), (__m256i)a);
+}
 FIRN_INLINE Floats fma(Floats a, Floats b, Floats c) { return _mm256_fmadd_ps(a, b, c); }
 FIRN_INLINE Floats sqrt(Floats a) { return _mm256_sqrt_ps(a); }
 FIRN_INLINE Floats min(Floats a, Floats b) { return _mm256_min_ps(a, b); }
@@ -108,7 +111,9 @@ FIRN_INLINE Ints load(const std::int32_t* p) {
   return (Ints)_mm_loadu_si128(reinterpret_cast<const __m128i*>(p));
 }
 FIRN_INLINE void store(float* p, Floats a) { _mm_storeu_ps(p, a); }
-FIRN_INLINE void store(std::int32_t* p, Ints a) { _mm_storeu_si128(reinterpret_cast<__m128i*>(p), (__m128i)a); }
+FIRN_INLINE void store(std::int32_t* p, Ints a) {
+  _mm_storeu_si128(reinterpret_cast<__m128i*>(p), (__m128i)a);
+}
 FIRN_INLINE Floats fma(Floats a, Floats b, Floats c) { return a * b + c; }
 FIRN_INLINE Floats sqrt(Floats a) { return _mm_sqrt_ps(a); }
 FIRN_INLINE Floats min(Floats a, Floats b) { return _mm_min_ps(a, b); }
@@ -129,7 +134,8 @@ FIRN_INLINE Floats copy_sign(Floats size, Floats sign) {
 }
 FIRN_INLINE Floats square(Floats a) { return a * a; }
 
-// The first `count` lanes from p, the others `fill`: the last batch of a range reads nothing that is not its own.
+// The first `count` lanes from p, the others `fill`: the last batch of a range reads nothing that is not its
+// own.
 FIRN_INLINE Floats load_first(const float* p, int count, float fill) {
   if (count >= kLanes) return load(p);
   float lanes[kLanes];

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// exp and log in lanes, by polynomials of our own: libm differs between systems, these give the same bits everywhere.
+// exp and log in lanes, by polynomials of our own: libm differs between systems, these give the same bits
+// everywhere.
 #pragma once
 #include "kernels/simd/lanes.h"
 

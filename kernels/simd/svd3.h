@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: MIT
 // F = U diag(s) V^T in lanes, U and V rotations (det +1), s0 >= s1 >= |s2|; s2 < 0 where det F < 0.
-// One-sided Jacobi (Hestenes 1958): rotate pairs of columns of A = F V until they are orthogonal. Working on the
-// columns and not on F^T F keeps the small singular values of ill-conditioned F. U comes from Gram-Schmidt on A and a
-// cross product, so it is a rotation also at rank 0 to 2, where A does not say what U is.
+// One-sided Jacobi (Hestenes 1958): rotate pairs of columns of A = F V until they are orthogonal. Working on
+// the columns and not on F^T F keeps the small singular values of ill-conditioned F. U comes from
+// Gram-Schmidt on A and a cross product, so it is a rotation also at rank 0 to 2, where A does not say what U
+// is.
 #pragma once
 #include "kernels/simd/mat3.h"
 
 namespace firn::kernels::FIRN_ISA {
 
 struct Svd3 {
-  Vec3 u[3];    // columns of U
+  Vec3 u[3];  // columns of U
   Floats s[3];
-  Vec3 v[3];    // columns of V
+  Vec3 v[3];  // columns of V
 };
 
 inline constexpr int kJacobiSweeps = 6;
@@ -41,7 +42,8 @@ FIRN_INLINE void longer_first(Vec3& a, Vec3& b, Vec3& v, Vec3& w) {
   w = select(swap, v0 * splat(-1.f), w);
 }
 
-// A power of two near the largest entry, as its reciprocal: scaling by it is exact and keeps squares in range.
+// A power of two near the largest entry, as its reciprocal: scaling by it is exact and keeps squares in
+// range.
 FIRN_INLINE Floats inverse_scale(const Mat3& f) {
   Floats largest = abs(f.m[0]);
 #pragma GCC unroll 8

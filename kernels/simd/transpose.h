@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// In-register transposes between "one column a register" and "one record a particle", by butterflies: at step s, rows
-// i and i + s exchange the lanes whose index has bit s. log2(kLanes) steps, kLanes two-source shuffles each.
+// In-register transposes between "one column a register" and "one record a particle", by butterflies: at step
+// s, rows i and i + s exchange the lanes whose index has bit s. log2(kLanes) steps, kLanes two-source
+// shuffles each.
 #pragma once
 #include "kernels/simd/lanes.h"
 
@@ -10,7 +11,8 @@ template <int kStep>
 FIRN_INLINE void exchange(Floats& a, Floats& b) {
   const Floats old = a;
 #if defined(__AVX512F__)
-#define FIRN_LANES(E) E(0), E(1), E(2), E(3), E(4), E(5), E(6), E(7), E(8), E(9), E(10), E(11), E(12), E(13), E(14), E(15)
+#define FIRN_LANES(E) \
+  E(0), E(1), E(2), E(3), E(4), E(5), E(6), E(7), E(8), E(9), E(10), E(11), E(12), E(13), E(14), E(15)
 #elif defined(__AVX2__)
 #define FIRN_LANES(E) E(0), E(1), E(2), E(3), E(4), E(5), E(6), E(7)
 #else

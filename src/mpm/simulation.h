@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The simulation as the rest of firn sees it: made from a setup, advanced to exact times, read through snapshots.
-// Inside (step.cpp): sort by block (when needed) -> P2G -> grid update -> G2P.
+// The simulation as the rest of firn sees it: made from a setup, advanced to exact times, read through
+// snapshots. Inside (step.cpp): sort by block (when needed) -> P2G -> grid update -> G2P.
 #pragma once
 #include <atomic>
 #include <cstdint>
@@ -41,15 +41,15 @@ struct PlacedSnow {
 };
 
 struct SimulationSetup {
-  double dx = 0.01;                              // m
-  Vec3 gravity = Vec3(0, -9.81, 0);              // m/s^2
-  std::optional<double> fixed_dt;                // s; empty: adaptive
-  double max_dt = 1e-2;                          // s
-  std::vector<PlacedSnow> snow;                  // index = Snapshot::object
+  double dx = 0.01;                  // m
+  Vec3 gravity = Vec3(0, -9.81, 0);  // m/s^2
+  std::optional<double> fixed_dt;    // s; empty: adaptive
+  double max_dt = 1e-2;              // s
+  std::vector<PlacedSnow> snow;      // index = Snapshot::object
   std::vector<Collider> colliders;
   // Optional domain box (any pose): particles that leave it leave the simulation and are counted.
   std::optional<Shape> domain;
-  bool check_energy_bound = true;                // the |v| blow-up check
+  bool check_energy_bound = true;  // the |v| blow-up check
 };
 
 // What limits dt now, for people: "elastic wave (packed snow, 145 m/s)", "particle speed 3.2 m/s", ...
@@ -60,20 +60,20 @@ struct TimeStep {
 
 struct Metrics {
   double time = 0;
-  std::uint64_t steps = 0;         // since the start of the run
+  std::uint64_t steps = 0;  // since the start of the run
   std::uint64_t particle_steps = 0;
-  std::size_t particles = 0;       // still inside
-  std::size_t particles_left = 0;  // gone through the domain's boundary
-  double mass = 0;                 // kg
-  Vec3 momentum = Vec3::Zero();    // kg m/s
+  std::size_t particles = 0;             // still inside
+  std::size_t particles_left = 0;        // gone through the domain's boundary
+  double mass = 0;                       // kg
+  Vec3 momentum = Vec3::Zero();          // kg m/s
   Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s about the world origin, with the APIC affine part
-  double kinetic_energy = 0;       // J
-  double elastic_energy = 0;       // J
-  double potential_energy = 0;     // J, -m g.x
-  double volume = 0;               // m^3, sum of V0 * J
-  double max_speed = 0;            // m/s
-  Bounds bounds;                   // of particle centres
-  TimeStep step;                   // last step's dt and its cause
+  double kinetic_energy = 0;             // J
+  double elastic_energy = 0;             // J
+  double potential_energy = 0;           // J, -m g.x
+  double volume = 0;                     // m^3, sum of V0 * J
+  double max_speed = 0;                  // m/s
+  Bounds bounds;                         // of particle centres
+  TimeStep step;                         // last step's dt and its cause
 };
 
 class Simulation {
@@ -83,27 +83,28 @@ class Simulation {
   ~Simulation();
   Simulation(Simulation&&) noexcept;
 
-  // Steps until `time` (s) is reached exactly. Returns false if `stop` became true first (the state is then between
-  // two steps and may be saved). Throws an unstable Error that names step, particle and likely cause.
+  // Steps until `time` (s) is reached exactly. Returns false if `stop` became true first (the state is then
+  // between two steps and may be saved). Throws an unstable Error that names step, particle and likely cause.
   bool advance_to(double time, const std::atomic<bool>& stop);
   void step(double dt);  // one step; for tests and benches
 
   double time() const;
-  TimeStep stable_step() const;   // the dt that the next step would take at most
+  TimeStep stable_step() const;  // the dt that the next step would take at most
   std::size_t particle_count() const;
   std::size_t resident_bytes() const;  // all memory of the simulation
   std::size_t grid_blocks() const;     // active 4x4x4 node blocks
   Metrics metrics() const;
-  std::uint64_t state_hash() const;    // of every particle column, in id order
+  std::uint64_t state_hash() const;  // of every particle column, in id order
 
   void snapshot(Snapshot& out) const;  // frame is left to the caller
 
   // The whole state, bit for bit: load(save(s)) continues as s would have.
   void save(std::ostream& out) const;
-  void load(std::istream& in);         // io Error when it does not fit this setup
+  void load(std::istream& in);  // io Error when it does not fit this setup
+
+  struct State;  // src/mpm/state.h, for this room alone
 
  private:
-  struct State;
   std::unique_ptr<State> state_;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Blocks of 4x4x4 cells: where they are, and which particles lie in them. Blocks are ordered by their Morton key, so
-// blocks near in space are near in memory.
+// Blocks of 4x4x4 cells: where they are, and which particles lie in them. Blocks are ordered by their Morton
+// key, so blocks near in space are near in memory.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -20,7 +20,9 @@ inline constexpr int kBlockBits = 19;  // an axis: +-2^18 blocks, +-2^20 cells
 inline constexpr std::int32_t kBlockReach = 1 << (kBlockBits - 1);
 
 constexpr bool addressable(const BlockCoord& b) {
-  const auto inside = [](std::int32_t c) { return c > -kBlockReach && c < kBlockReach - 1; };  // neighbours too
+  const auto inside = [](std::int32_t c) {
+    return c > -kBlockReach && c < kBlockReach - 1;
+  };  // neighbours too
   return inside(b.x) && inside(b.y) && inside(b.z);
 }
 
@@ -46,8 +48,8 @@ constexpr BlockCoord neighbour(const BlockCoord& b, int n) {
 // The occupied blocks and their particles: block k holds particles [begin[k], begin[k + 1]).
 struct ParticleBlocks {
   std::vector<BlockCoord> coord;
-  std::vector<BlockKey> key;         // ascending
-  std::vector<std::size_t> begin;    // one more than there are blocks
+  std::vector<BlockKey> key;       // ascending
+  std::vector<std::size_t> begin;  // one more than there are blocks
 
   std::size_t size() const { return coord.size(); }
   std::size_t resident_bytes() const {

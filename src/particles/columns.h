@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The particles as a structure of arrays: one 64-byte-aligned arena cut into columns of four bytes a particle, each
-// padded to 16 and set off from the last by an odd number of cache lines, so that a kernel's streams do not alias.
-// One spare column lets a permutation go column by column: gather into the spare, then the two trade places.
+// The particles as a structure of arrays: one 64-byte-aligned arena cut into columns of four bytes a
+// particle, each padded to 16 and set off from the last by an odd number of cache lines, so that a kernel's
+// streams do not alias. One spare column lets a permutation go column by column: gather into the spare, then
+// the two trade places.
 #pragma once
 #include <array>
 #include <bit>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The one list of what a particle is. Allocation, sorting, hashing, checkpoints and the docs iterate it; the columns of
-// kernels::ParticleView stand in the same order. Every column holds four bytes a particle.
+// The one list of what a particle is. Allocation, sorting, hashing, checkpoints and the docs iterate it; the
+// columns of kernels::ParticleView stand in the same order. Every column holds four bytes a particle.
 #pragma once
 #include <cstddef>
 

@@ -46,7 +46,8 @@ std::optional<std::size_t> find_block(const std::vector<BlockKey>& keys, BlockKe
   return static_cast<std::size_t>(at - keys.begin());
 }
 
-std::vector<std::uint32_t> place_in_blocks(const std::vector<LatticePoint>& points, double dx, ParticleBlocks& blocks) {
+std::vector<std::uint32_t> place_in_blocks(const std::vector<LatticePoint>& points, double dx,
+                                           ParticleBlocks& blocks) {
   struct Entry {
     std::uint64_t key;  // block, then cell
     std::uint32_t index;
@@ -56,7 +57,8 @@ std::vector<std::uint32_t> place_in_blocks(const std::vector<LatticePoint>& poin
     const LatticePoint& p = points[i];
     const BlockCoord b = block_of(p);
     const std::uint64_t key = addressable(b) ? block_key(b) : ~std::uint64_t{0} >> 6;
-    entries[i] = {key << 6 | static_cast<std::uint64_t>(cell_in_block(p.x, p.y, p.z)), static_cast<std::uint32_t>(i)};
+    entries[i] = {key << 6 | static_cast<std::uint64_t>(cell_in_block(p.x, p.y, p.z)),
+                  static_cast<std::uint32_t>(i)};
   });
   parallel_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
     return a.key != b.key ? a.key < b.key : a.index < b.index;
@@ -71,7 +73,8 @@ std::vector<std::uint32_t> place_in_blocks(const std::vector<LatticePoint>& poin
     const BlockCoord coord = block_of(points[order[i]]);
     if (!addressable(coord)) {
       char text[160];
-      std::snprintf(text, sizeof text, "snow lies more than %.3g m from the origin, the end of the grid at dx = %.3g m",
+      std::snprintf(text, sizeof text,
+                    "snow lies more than %.3g m from the origin, the end of the grid at dx = %.3g m",
                     4 * dx * (kBlockReach - 1), dx);
       throw Error(ExitCode::usage, "", text);
     }
@@ -104,8 +107,8 @@ void BlockSorter::group_by_destination(const ParticleColumns& particles, const P
       at[n + 1] += at[n];
       if (n == kGone || at[n] == at[n + 1]) continue;
       const BlockCoord to = neighbour(blocks.coord[b], n);
-      flows.push_back({addressable(to) ? block_key(to) : ~BlockKey{0}, to, static_cast<std::uint32_t>(b), at[n],
-                       at[n + 1]});
+      flows.push_back({addressable(to) ? block_key(to) : ~BlockKey{0}, to, static_cast<std::uint32_t>(b),
+                       at[n], at[n + 1]});
     }
     for (std::size_t i = begin; i < end; ++i) by_destination_[at[where(i)]++] = static_cast<std::uint32_t>(i);
   });
@@ -119,8 +122,9 @@ void BlockSorter::cut_new_blocks(ParticleBlocks& blocks) {
   parallel_sort(flows_.begin(), flows_.end(),
                 [](const Flow& a, const Flow& b) { return a.to != b.to ? a.to < b.to : a.from < b.from; });
   if (!flows_.empty() && flows_.back().to == ~BlockKey{0}) {
-    throw Error(ExitCode::unstable, "", "snow has travelled to the end of the grid, " + std::to_string(4 * kBlockReach) +
-                                            " cells from the origin: give the scene a domain or a floor");
+    throw Error(ExitCode::unstable, "",
+                "snow has travelled to the end of the grid, " + std::to_string(4 * kBlockReach) +
+                    " cells from the origin: give the scene a domain or a floor");
   }
   blocks.coord.clear();
   blocks.key.clear();
@@ -167,7 +171,8 @@ std::size_t BlockSorter::sort(ParticleColumns& particles, ParticleBlocks& blocks
   const kernels::ParticleView p = particles.view();
   parallel_chunks(particles.size(), 16384, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (auto* x : p.x) {
-      for (std::size_t i = begin; i < end; ++i) x[i] &= (1 << kInBlock) - 1;  // now from the new block's corner
+      for (std::size_t i = begin; i < end; ++i)
+        x[i] &= (1 << kInBlock) - 1;  // now from the new block's corner
     }
   });
   return before - particles.size();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Puts particles into the order of their blocks, and of their cells within a block; ties keep their old order, so the
-// order is total and the same for any number of threads. Positions are fixed point: sorting changes no particle's place.
+// Puts particles into the order of their blocks, and of their cells within a block; ties keep their old
+// order, so the order is total and the same for any number of threads. Positions are fixed point: sorting
+// changes no particle's place.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -17,18 +18,20 @@ struct LatticePoint {
   std::int64_t x, y, z;
 };
 
-// First sort: gives the order of the points, fills the blocks. Throws a usage Error for points beyond the addressable
-// blocks, `dx` (m) being what the message needs.
-std::vector<std::uint32_t> place_in_blocks(const std::vector<LatticePoint>& points, double dx, ParticleBlocks& blocks);
+// First sort: gives the order of the points, fills the blocks. Throws a usage Error for points beyond the
+// addressable blocks, `dx` (m) being what the message needs.
+std::vector<std::uint32_t> place_in_blocks(const std::vector<LatticePoint>& points, double dx,
+                                           ParticleBlocks& blocks);
 
-// Is the particle gone? Asked of particles of blocks for which `may_lose` says so; both get the block's old place.
+// Is the particle gone? Asked of particles of blocks for which `may_lose` says so; both get the block's old
+// place.
 struct Leavers {
-  std::function<bool(const BlockCoord&)> may_lose;                    // empty: nobody leaves
+  std::function<bool(const BlockCoord&)> may_lose;  // empty: nobody leaves
   std::function<bool(const BlockCoord&, const std::int32_t x[3])> is_gone;
 };
 
-// Sorts again after drift. Positions must be within one block of the block's own cells. Returns how many left; throws
-// an unstable Error when snow reaches the end of the addressable world.
+// Sorts again after drift. Positions must be within one block of the block's own cells. Returns how many
+// left; throws an unstable Error when snow reaches the end of the addressable world.
 class BlockSorter {
  public:
   std::size_t sort(ParticleColumns& particles, ParticleBlocks& blocks, const Leavers& leavers);
@@ -38,8 +41,8 @@ class BlockSorter {
   struct Flow {  // particles that go from one old block to one new block
     BlockKey to;
     BlockCoord coord;
-    std::uint32_t from;       // old block
-    std::size_t begin, end;   // in by_destination_
+    std::uint32_t from;      // old block
+    std::size_t begin, end;  // in by_destination_
   };
   void group_by_destination(const ParticleColumns&, const ParticleBlocks&, const Leavers&);
   void cut_new_blocks(ParticleBlocks& blocks);
@@ -49,7 +52,7 @@ class BlockSorter {
   std::vector<std::uint32_t> order_;
   std::vector<std::vector<Flow>> flows_of_block_;
   std::vector<Flow> flows_;
-  std::vector<std::size_t> first_flow_;        // of each new block, and the end
+  std::vector<std::size_t> first_flow_;  // of each new block, and the end
 };
 
 }  // namespace firn

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// A flat array on a cache-line boundary that only grows and starts uninitialised: storage for blocks of the
+// grid, which kernels overwrite whole.
+#pragma once
+#include <cstddef>
+#include <cstdlib>
+#include <memory>
+#include <new>
+#include <type_traits>
+
+namespace firn {
+
+template <class T>
+class AlignedArray {
+  static_assert(std::is_trivially_destructible_v<T>);
+
+ public:
+  // Room for `count` entries; what was stored is lost when it has to grow.
+  void reserve_discarding(std::size_t count) {
+    if (count <= capacity_) return;
+    const std::size_t bytes = ((count + count / 8) * sizeof(T) + 63) / 64 * 64;
+    data_.reset();
+    data_.reset(static_cast<T*>(std::aligned_alloc(64, bytes)));
+    if (!data_) throw std::bad_alloc();
+    capacity_ = bytes / sizeof(T);
+  }
+  T* data() { return data_.get(); }
+  const T* data() const { return data_.get(); }
+  std::size_t resident_bytes() const { return capacity_ * sizeof(T); }
+
+ private:
+  struct Free {
+    void operator()(T* p) const { std::free(p); }
+  };
+  std::unique_ptr<T, Free> data_;
+  std::size_t capacity_ = 0;
+};
+
+}  // namespace firn

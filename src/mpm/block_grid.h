@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// The sparse grid: the blocks that particles can reach before the next sort (each occupied block and its
+// neighbours), found again whenever the particles are sorted. It grows with the snow and costs only where
+// snow is.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "kernels/mpm/views.h"
+#include "src/core/aligned.h"
+#include "src/mpm/simulation.h"
+#include "src/particles/blocks.h"
+
+namespace firn {
+
+class BlockGrid {
+ public:
+  void rebuild(const ParticleBlocks& occupied, const std::vector<Collider>& colliders, double dx);
+
+  std::size_t size() const { return key_.size(); }
+  std::size_t resident_bytes() const;
+
+  float* tile(std::size_t particle_block) { return tiles_.data() + particle_block * kernels::kTileStride; }
+  float* nodes(std::size_t block) { return nodes_.data() + block * kernels::kBlockFloats; }
+  const std::vector<kernels::ContactNodes>& contacts(std::size_t block) const { return contacts_[block]; }
+
+  // The tiles around a grid block (null where no particles are) and the grid blocks around a particle block.
+  void tiles_around(std::size_t block, const float* (&out)[kernels::kNeighbours]) const;
+  void blocks_around(std::size_t particle_block, const float* (&out)[kernels::kNeighbours]) const;
+
+ private:
+  using Neighbours = std::array<std::uint32_t, kernels::kNeighbours>;
+
+  void find_blocks(const ParticleBlocks& occupied);
+  void find_contacts(const std::vector<Collider>& colliders, double dx);
+
+  std::vector<BlockKey> key_;  // ascending
+  std::vector<BlockCoord> coord_;
+  std::vector<Neighbours> tiles_of_block_, blocks_of_tile_;
+  std::vector<std::vector<kernels::ContactNodes>> contacts_;
+  std::vector<BlockKey> old_key_;  // of contacts_ until find_contacts
+  AlignedArray<float> tiles_, nodes_;
+};
+
+}  // namespace firn

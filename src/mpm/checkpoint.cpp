@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+// The whole state as bytes: a header that says which simulation it is, counters, blocks, then the particle
+// columns in their order. The grid is found again from the blocks. Same machine, same build family:
+// little-endian, as x86-64 is.
+#include <cstring>
+#include <istream>
+#include <ostream>
+
+#include "src/core/error.h"
+#include "src/core/rng.h"
+#include "src/mpm/state.h"
+
+namespace firn {
+
+namespace {
+
+constexpr char kMagic[8] = {'f', 'i', 'r', 'n', 's', 'i', 'm', '1'};
+
+template <class T>
+void write(std::ostream& out, const T* values, std::size_t count) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  out.write(reinterpret_cast<const char*>(values), static_cast<std::streamsize>(count * sizeof(T)));
+}
+template <class T>
+void read(std::istream& in, T* values, std::size_t count) {
+  in.read(reinterpret_cast<char*>(values), static_cast<std::streamsize>(count * sizeof(T)));
+  if (!in) throw Error(ExitCode::io, "", "the saved simulation ends too early");
+}
+
+std::uint64_t bits_of(double d) {
+  std::uint64_t bits;
+  std::memcpy(&bits, &d, sizeof bits);
+  return bits;
+}
+
+// What must be the same for a saved state to continue as it would have.
+std::uint64_t fingerprint(const Simulation::State& s) {
+  const auto& setup = s.setup;
+  std::uint64_t h =
+      hash_keys(kColumns, bits_of(setup.dx), bits_of(setup.fixed_dt.value_or(0)), bits_of(setup.max_dt));
+  for (int axis = 0; axis < 3; ++axis) h = hash_keys(h, bits_of(setup.gravity[axis]));
+  for (const kernels::MaterialParams& m : s.materials) {
+    std::uint32_t words[sizeof m / 4];
+    std::memcpy(words, &m, sizeof m);
+    for (const std::uint32_t word : words) h = hash_keys(h, word);
+  }
+  return hash_keys(h, setup.colliders.size(), setup.domain.has_value());
+}
+
+struct Counters {
+  double time, last_dt;
+  std::uint64_t steps, particle_steps, left, blocks, particles;
+  kernels::BlockSummary summary;
+};
+
+}  // namespace
+
+void Simulation::save(std::ostream& out) const {
+  const State& s = *state_;
+  const std::uint64_t print = fingerprint(s);
+  Counters c{};
+  c.time = s.time;
+  c.last_dt = s.last_step.dt;
+  c.steps = s.steps;
+  c.particle_steps = s.particle_steps;
+  c.left = s.left;
+  c.blocks = s.blocks.size();
+  c.particles = s.particles.size();
+  c.summary = s.summary;
+  const std::uint64_t cause_length = s.last_step.cause.size();
+  write(out, kMagic, sizeof kMagic);
+  write(out, &print, 1);
+  write(out, &c, 1);
+  write(out, &cause_length, 1);
+  write(out, s.last_step.cause.data(), cause_length);
+  write(out, s.blocks.coord.data(), s.blocks.size());
+  write(out, s.blocks.begin.data(), s.blocks.begin.size());
+  for (std::size_t k = 0; k < kColumns; ++k) write(out, s.particles.column(k), s.particles.size());
+}
+
+void Simulation::load(std::istream& in) {
+  State& s = *state_;
+  char magic[sizeof kMagic];
+  std::uint64_t print = 0, cause_length = 0;
+  read(in, magic, sizeof magic);
+  if (std::memcmp(magic, kMagic, sizeof magic) != 0) {
+    throw Error(ExitCode::io, "", "this is not a saved simulation of this version of firn");
+  }
+  read(in, &print, 1);
+  if (print != fingerprint(s)) {
+    throw Error(ExitCode::io, "",
+                "the saved simulation is of another scene: dx, dt, gravity, materials or colliders differ");
+  }
+  Counters c{};
+  read(in, &c, 1);
+  read(in, &cause_length, 1);
+  if (c.particles > s.particles.size() + s.left || c.blocks > c.particles || cause_length > 4096) {
+    throw Error(ExitCode::io, "", "the saved simulation does not fit this scene's number of particles");
+  }
+  std::string cause(cause_length, ' ');
+  read(in, cause.data(), cause_length);
+  ParticleBlocks blocks;
+  blocks.coord.resize(c.blocks);
+  blocks.begin.resize(c.blocks + 1);
+  read(in, blocks.coord.data(), c.blocks);
+  read(in, blocks.begin.data(), c.blocks + 1);
+  for (const BlockCoord& b : blocks.coord) blocks.key.push_back(block_key(b));
+  ParticleColumns particles;
+  particles.allocate(c.particles);
+  for (std::size_t k = 0; k < kColumns; ++k) read(in, particles.column(k), c.particles);
+
+  s.particles = std::move(particles);
+  s.blocks = std::move(blocks);
+  s.rebuild_grid();
+  s.time = c.time;
+  s.steps = c.steps;
+  s.particle_steps = c.particle_steps;
+  s.left = c.left;
+  s.summary = c.summary;
+  s.last_step = {c.last_dt, cause};
+}
+
+}  // namespace firn

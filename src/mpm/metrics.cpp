@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+// What leaves the simulation: metrics, snapshots and the state's hash. Sums are made in double, block by
+// block in order.
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "src/core/parallel.h"
+#include "src/core/rng.h"
+#include "src/mpm/colliders.h"
+#include "src/mpm/state.h"
+
+namespace firn {
+
+namespace {
+
+Mat3 matrix_at(float* const (&columns)[9], std::size_t i) {
+  Mat3 m;
+  for (int k = 0; k < 9; ++k) m(k / 3, k % 3) = columns[k][i];
+  return m;
+}
+
+Vec3 world_position(const kernels::ParticleView& p, const BlockCoord& block, std::size_t i, double dx) {
+  return world_in_block(block, Vec3(p.x[0][i], p.x[1][i], p.x[2][i]) / kernels::kOneCell, dx);
+}
+
+double volume_now(const kernels::ParticleView& p, std::size_t i) {
+  return p.V0[i] * matrix_at(p.F, i).determinant() * p.Jp[i];
+}
+
+void add_particle(const Simulation::State& s, const BlockCoord& block, std::size_t i, double energy_density,
+                  Metrics& m) {
+  const kernels::ParticleView p = s.particles.view();
+  const double dx = s.setup.dx, mass = p.m[i];
+  const Vec3 x = world_position(p, block, i, dx);
+  const Vec3 v(p.v[0][i], p.v[1][i], p.v[2][i]);
+  const Mat3 b = matrix_at(p.C, i) * (mass * dx * dx / 4);  // sum w m v_i (x_i - x_p)^T
+  m.mass += mass;
+  m.momentum += mass * v;
+  m.angular_momentum += mass * x.cross(v) + Vec3(b(2, 1) - b(1, 2), b(0, 2) - b(2, 0), b(1, 0) - b(0, 1));
+  m.kinetic_energy += 0.5 * mass * v.squaredNorm();
+  m.elastic_energy += p.V0[i] * energy_density;
+  m.potential_energy -= mass * s.setup.gravity.dot(x);
+  m.volume += volume_now(p, i);
+  m.max_speed = std::max(m.max_speed, v.norm());
+  m.bounds.include(x);
+}
+
+void add_block(const Metrics& block, Metrics& all) {
+  all.mass += block.mass;
+  all.momentum += block.momentum;
+  all.angular_momentum += block.angular_momentum;
+  all.kinetic_energy += block.kinetic_energy;
+  all.elastic_energy += block.elastic_energy;
+  all.potential_energy += block.potential_energy;
+  all.volume += block.volume;
+  all.max_speed = std::max(all.max_speed, block.max_speed);
+  all.bounds.include(block.bounds);
+}
+
+// The block in the middle of the snow: positions of a snapshot count from its corner.
+BlockCoord middle_block(const std::vector<BlockCoord>& blocks) {
+  if (blocks.empty()) return {0, 0, 0};
+  BlockCoord low = blocks.front(), high = low;
+  for (const BlockCoord& b : blocks) {
+    low = {std::min(low.x, b.x), std::min(low.y, b.y), std::min(low.z, b.z)};
+    high = {std::max(high.x, b.x), std::max(high.y, b.y), std::max(high.z, b.z)};
+  }
+  return {(low.x + high.x) / 2, (low.y + high.y) / 2, (low.z + high.z) / 2};
+}
+
+}  // namespace
+
+Metrics Simulation::metrics() const {
+  const State& s = *state_;
+  std::vector<Metrics> of_block(s.blocks.size());
+  parallel_for(s.blocks.size(), 4, [&](std::size_t b) {
+    const std::size_t begin = s.blocks.begin[b], end = s.blocks.begin[b + 1];
+    std::vector<float> energy(end - begin);
+    s.kernels.mpm.elastic_energy(s.materials.data(), s.particles.view(), {begin, end}, energy.data());
+    for (std::size_t i = begin; i < end; ++i)
+      add_particle(s, s.blocks.coord[b], i, energy[i - begin], of_block[b]);
+  });
+  Metrics all;
+  for (const Metrics& block : of_block) add_block(block, all);
+  all.time = s.time;
+  all.steps = s.steps;
+  all.particle_steps = s.particle_steps;
+  all.particles = s.particles.size();
+  all.particles_left = s.left;
+  all.step = s.last_step;
+  return all;
+}
+
+void Simulation::snapshot(Snapshot& out) const {
+  const State& s = *state_;
+  const kernels::ParticleView p = s.particles.view();
+  const BlockCoord origin = middle_block(s.blocks.coord);
+  out.time = s.time;
+  out.dx = s.setup.dx;
+  out.origin = world_in_block(origin, Vec3::Zero(), s.setup.dx);
+  out.resize(s.particles.size());
+  parallel_for(s.blocks.size(), 4, [&](std::size_t b) {
+    const BlockCoord& c = s.blocks.coord[b];
+    const BlockCoord relative{c.x - origin.x, c.y - origin.y, c.z - origin.z};
+    for (std::size_t i = s.blocks.begin[b]; i < s.blocks.begin[b + 1]; ++i) {
+      const Vec3 x = world_position(p, relative, i, s.setup.dx);
+      for (int axis = 0; axis < 3; ++axis) {
+        out.x[axis][i] = static_cast<float>(x[axis]);
+        out.v[axis][i] = p.v[axis][i];
+      }
+      out.density[i] = static_cast<float>(p.m[i] / volume_now(p, i));
+      out.volume0[i] = p.V0[i];
+      out.id[i] = p.id[i];
+      out.object[i] = static_cast<std::uint16_t>(p.object[i]);
+    }
+  });
+}
+
+// A sum over particles of a hash of all their bits: the same for any order, so no sort by id is needed.
+// Positions enter as whole-lattice integers, so neither does it matter when the particles were last sorted.
+std::uint64_t Simulation::state_hash() const {
+  const State& s = *state_;
+  std::vector<std::uint64_t> of_block(s.blocks.size());
+  parallel_for(s.blocks.size(), 4, [&](std::size_t b) {
+    const BlockCoord& c = s.blocks.coord[b];
+    const std::int64_t corner[3] = {c.x, c.y, c.z};
+    for (std::size_t i = s.blocks.begin[b]; i < s.blocks.begin[b + 1]; ++i) {
+      std::uint64_t h = 0;
+      for (std::size_t k = 0; k < kColumns; ++k) {
+        const std::uint32_t bits = s.particles.column(k)[i];
+        const std::int64_t place =
+            k < 3 ? corner[k] * 4 * kernels::kOneCell + static_cast<std::int32_t>(bits) : bits;
+        h = hash_keys(h, place);
+      }
+      of_block[b] += h;
+    }
+  });
+  std::uint64_t all = 0;
+  for (const std::uint64_t h : of_block) all += h;
+  return all;
+}
+
+}  // namespace firn

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+// Placed snow -> particle columns in block order, material tables and the scene's energy budget.
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/LU>
+
+#include "src/core/error.h"
+#include "src/core/parallel.h"
+#include "src/mpm/state.h"
+
+namespace firn {
+
+namespace {
+
+// The velocity gradient of an object that moves rigidly or affinely (a spin), from its particles' velocities;
+// zero for any other field. Without it the first transfer would lose the part of a spin that lies within the
+// stencils.
+Mat3 affine_velocity(const PlacedSnow& snow) {
+  Vec3 mean_x = Vec3::Zero(), mean_v = Vec3::Zero();
+  const double weight = 1.0 / static_cast<double>(snow.position.size());
+  for (std::size_t i = 0; i < snow.position.size(); ++i) {
+    mean_x += weight * snow.position[i];
+    mean_v += weight * snow.velocity[i];
+  }
+  Mat3 spread = Mat3::Zero(), shear = Mat3::Zero();
+  double motion2 = 0;
+  for (std::size_t i = 0; i < snow.position.size(); ++i) {
+    const Vec3 x = snow.position[i] - mean_x, v = snow.velocity[i] - mean_v;
+    spread += x * x.transpose();
+    shear += v * x.transpose();
+    motion2 += v.squaredNorm();
+  }
+  const double scale = spread.trace();
+  if (motion2 < 1e-20 || spread.determinant() < 1e-9 * scale * scale * scale) return Mat3::Zero();
+  const Mat3 gradient = shear * spread.inverse();
+  double residual2 = 0;
+  for (std::size_t i = 0; i < snow.position.size(); ++i) {
+    residual2 += (snow.velocity[i] - mean_v - gradient * (snow.position[i] - mean_x)).squaredNorm();
+  }
+  return residual2 < 1e-6 * motion2 ? gradient : Mat3::Zero();
+}
+
+kernels::MaterialParams material_params(const Material& m) {
+  const ElasticModuli moduli = elastic_moduli(m);
+  kernels::MaterialParams out{};
+  const bool snow = m.model == MaterialModel::snow;
+  out.kind = snow ? kernels::kSnow : kernels::kNeoHookean;
+  out.plastic = m.plasticity;
+  out.mu = static_cast<float>(moduli.mu);
+  out.lambda = static_cast<float>(moduli.lambda);
+  out.inverse_density = static_cast<float>(1 / m.density);
+  out.sigma_min = static_cast<float>(snow ? 1 - m.critical_compression : m.sigma_min);
+  out.sigma_max = static_cast<float>(snow ? 1 + m.critical_stretch : m.sigma_max);
+  out.hardening = static_cast<float>(m.hardening);
+  out.jp_min = static_cast<float>(m.jp_min);
+  out.jp_max = static_cast<float>(m.jp_max);
+  return out;
+}
+
+LatticePoint to_lattice(const Vec3& world, double dx) {
+  const auto fixed = [dx](double w) {
+    const double cells = std::clamp(w / dx, -1e9, 1e9);
+    return static_cast<std::int64_t>(std::floor(cells * kernels::kOneCell + 0.5));
+  };
+  return {fixed(world.x()), fixed(world.y()), fixed(world.z())};
+}
+
+struct Source {  // where particle `id` comes from
+  std::uint32_t object;
+  std::uint32_t index;
+};
+
+void fill_particle(const kernels::ParticleView& p, std::size_t i, const LatticePoint& at,
+                   const PlacedSnow& snow, std::size_t index, const Mat3& gradient) {
+  constexpr std::int64_t kInBlock = 4ll * kernels::kOneCell - 1;
+  p.x[0][i] = static_cast<std::int32_t>(at.x & kInBlock);
+  p.x[1][i] = static_cast<std::int32_t>(at.y & kInBlock);
+  p.x[2][i] = static_cast<std::int32_t>(at.z & kInBlock);
+  for (int axis = 0; axis < 3; ++axis) p.v[axis][i] = static_cast<float>(snow.velocity[index][axis]);
+  for (int k = 0; k < 9; ++k) {
+    p.C[k][i] = static_cast<float>(gradient(k / 3, k % 3));
+    p.F[k][i] = k % 4 == 0 ? 1.f : 0.f;
+  }
+  p.Jp[i] = 1.f;
+  p.m[i] = static_cast<float>(snow.particle_mass);
+  p.V0[i] = static_cast<float>(snow.particle_volume);
+}
+
+void fill_columns(Simulation::State& state) {
+  const std::vector<PlacedSnow>& snow = state.setup.snow;
+  std::vector<Source> sources;
+  std::vector<Mat3> gradients;
+  for (std::uint32_t object = 0; object < snow.size(); ++object) {
+    for (std::uint32_t k = 0; k < snow[object].position.size(); ++k) sources.push_back({object, k});
+    gradients.push_back(affine_velocity(snow[object]));
+  }
+  std::vector<LatticePoint> points(sources.size());
+  parallel_for(sources.size(), 4096, [&](std::size_t id) {
+    points[id] = to_lattice(snow[sources[id].object].position[sources[id].index], state.setup.dx);
+  });
+  const std::vector<std::uint32_t> order = place_in_blocks(points, state.setup.dx, state.blocks);
+  state.particles.allocate(order.size());
+  const kernels::ParticleView p = state.particles.view();
+  parallel_for(order.size(), 4096, [&](std::size_t i) {
+    const Source& from = sources[order[i]];
+    fill_particle(p, i, points[order[i]], snow[from.object], from.index, gradients[from.object]);
+    p.id[i] = order[i];
+    p.object[i] = from.object;
+  });
+}
+
+void read_budget(Simulation::State& state) {
+  double lightest = HUGE_VAL;
+  state.budget.top = -HUGE_VAL;
+  for (const PlacedSnow& snow : state.setup.snow) {
+    for (std::size_t i = 0; i < snow.position.size(); ++i) {
+      state.budget.start_speed = std::max(state.budget.start_speed, snow.velocity[i].norm());
+      state.budget.top = std::max(state.budget.top, height_against(state.setup.gravity, snow.position[i]));
+    }
+    if (!snow.position.empty()) lightest = std::min(lightest, snow.particle_mass);
+    state.budget.elastic_speed =
+        std::max(state.budget.elastic_speed, 0.01 * elastic_moduli(snow.material).p_wave_speed);
+  }
+  state.mass_floor = static_cast<float>(1e-12 * lightest);
+}
+
+void check_placed(const std::vector<PlacedSnow>& snow) {
+  std::size_t count = 0;
+  for (const PlacedSnow& s : snow) {
+    count += s.position.size();
+    for (std::size_t i = 0; i < s.position.size(); ++i) {
+      if (s.position[i].allFinite() && s.velocity[i].allFinite()) continue;
+      throw Error(ExitCode::usage, "",
+                  "a particle of snow '" + s.name + "' has a position or velocity that is not finite");
+    }
+  }
+  if (count == 0) throw Error(ExitCode::usage, "", "there is no snow: not one particle was placed");
+  if (count >= UINT32_MAX)
+    throw Error(ExitCode::usage, "", "more than 4,294,967,294 particles: choose a larger dx");
+}
+
+}  // namespace
+
+double height_against(const Vec3& gravity, const Vec3& x) {
+  const double g = gravity.norm();
+  return g > 0 ? -gravity.dot(x) / g : 0.0;
+}
+
+void place_particles(Simulation::State& state) {
+  check_placed(state.setup.snow);
+  fill_columns(state);
+  read_budget(state);
+  for (PlacedSnow& snow : state.setup.snow) {
+    state.materials.push_back(material_params(snow.material));
+    snow.position = {};
+    snow.velocity = {};
+  }
+}
+
+}  // namespace firn

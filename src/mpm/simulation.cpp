@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include "src/mpm/simulation.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "src/core/error.h"
+#include "src/core/parallel.h"
+#include "src/mpm/state.h"
+
+namespace firn {
+
+Simulation::Simulation(const kernels::KernelTable& kernels, SimulationSetup setup)
+    : state_(std::make_unique<State>(kernels, std::move(setup))) {
+  place_particles(*state_);
+  state_->rebuild_grid();
+  State& s = *state_;
+  parallel_for(s.blocks.size(), 4, [&](std::size_t b) {
+    s.kernels.mpm.summarise(s.materials.data(), s.particles.view(),
+                            {s.blocks.begin[b], s.blocks.begin[b + 1]}, &s.summaries[b]);
+  });
+  s.summary = combine(s.summaries);
+}
+
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+
+bool Simulation::advance_to(double time, const std::atomic<bool>& stop) {
+  State& s = *state_;
+  while (s.time < time) {
+    if (stop.load(std::memory_order_relaxed)) return false;
+    const TimeStep limit = stable_step();
+    // The rest is cut into equal steps, so that none is tiny. A hair's breadth is no reason for one more.
+    const double steps = std::max(1.0, std::ceil((time - s.time) / limit.dt - 1e-6));
+    const double end = steps == 1 ? time : s.time + (time - s.time) / steps;
+    s.last_step.cause = limit.cause;
+    step(end - s.time);
+    s.time = end;
+  }
+  return true;
+}
+
+void Simulation::step(double dt) {
+  State& s = *state_;
+  if (!(dt > 0)) throw Error(ExitCode::usage, "", "a step needs dt > 0");
+  s.last_stable_dt = stable_limit(s).dt;
+  s.last_step.dt = dt;
+  s.step(dt);
+}
+
+double Simulation::time() const { return state_->time; }
+
+TimeStep Simulation::stable_step() const {
+  if (state_->setup.fixed_dt) return {*state_->setup.fixed_dt, "the scene's fixed dt"};
+  return stable_limit(*state_);
+}
+
+std::size_t Simulation::particle_count() const { return state_->particles.size(); }
+std::size_t Simulation::grid_blocks() const { return state_->grid.size(); }
+
+std::size_t Simulation::resident_bytes() const {
+  const State& s = *state_;
+  return s.particles.resident_bytes() + s.blocks.resident_bytes() + s.sorter.resident_bytes() +
+         s.grid.resident_bytes() + s.summaries.capacity() * sizeof(kernels::BlockSummary);
+}
+
+std::size_t estimate_bytes(std::size_t particles, std::size_t occupied_blocks) {
+  const double side =
+      std::cbrt(static_cast<double>(occupied_blocks)) + 2;  // with the ring of blocks around compact snow
+  const double grid_blocks = side * side * side;
+  const std::size_t per_particle = 4 * (kColumns + 1) + 2 * 4;  // columns, the spare, two orders
+  const std::size_t per_occupied = 4 * kernels::kTileStride + 4 * kernels::kNeighbours + 256;
+  const std::size_t per_grid_block = 4 * kernels::kBlockFloats + 4 * kernels::kNeighbours + 64;
+  return particles * per_particle + occupied_blocks * per_occupied +
+         static_cast<std::size_t>(grid_blocks * static_cast<double>(per_grid_block));
+}
+
+}  // namespace firn

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+// Everything that a simulation holds between two steps. Private to src/mpm: the rest of firn sees
+// simulation.h.
+#pragma once
+#include <utility>
+#include <vector>
+
+#include "kernels/table.h"
+#include "src/mpm/block_grid.h"
+#include "src/mpm/simulation.h"
+#include "src/particles/blocks.h"
+#include "src/particles/columns.h"
+#include "src/particles/sort.h"
+
+namespace firn {
+
+// The energy that the scene can turn into speed, for the blow-up check.
+struct EnergyBudget {
+  double start_speed = 0;    // m/s, the fastest particle as placed
+  double elastic_speed = 0;  // m/s, what round-off and a per cent of strain may give
+  double top = 0;            // m, the highest particle as placed, against gravity
+};
+
+struct Simulation::State {
+  State(const kernels::KernelTable& table, SimulationSetup scene) : kernels(table), setup(std::move(scene)) {}
+
+  const kernels::KernelTable& kernels;
+  SimulationSetup setup;                           // without the placed particles
+  std::vector<kernels::MaterialParams> materials;  // index = particle column `object`
+  EnergyBudget budget;
+  float mass_floor = 0;  // kg
+
+  ParticleColumns particles;
+  ParticleBlocks blocks;
+  BlockSorter sorter;
+  BlockGrid grid;
+  std::vector<kernels::BlockSummary> summaries;  // one an occupied block
+
+  double time = 0;  // s
+  std::uint64_t steps = 0;
+  std::uint64_t particle_steps = 0;
+  std::size_t left = 0;             // particles gone
+  kernels::BlockSummary summary{};  // of all blocks, after the last step
+  TimeStep last_step;
+  double last_stable_dt = 0;  // s, before the last step
+  double bottom = 0;          // m, below every particle until the next sort, against gravity
+
+  // step.cpp
+  void step(double dt);
+  void sort();
+  void rebuild_grid();
+  void particles_to_grid(const kernels::StepParams& params);
+  void update_grid(const kernels::StepParams& params);
+  void grid_to_particles(const kernels::StepParams& params);
+
+  // stability.cpp: throws an unstable Error that names step, particle and likely cause.
+  void check_stability(double dt) const;
+};
+
+// placement.cpp: particles as placed, their order and the budget.
+void place_particles(Simulation::State& state);
+
+// Maxima and flags of all blocks.
+kernels::BlockSummary combine(const std::vector<kernels::BlockSummary>& summaries);
+
+// timestep.cpp: the longest stable step, never the fixed one of the scene.
+TimeStep stable_limit(const Simulation::State& state);
+
+double height_against(const Vec3& gravity, const Vec3& x);  // m, 0 without gravity
+
+}  // namespace firn

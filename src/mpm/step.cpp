@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT
+// One step of explicit MLS-MPM:
+//
+//   sort (when a particle has left its block's margin)
+//   P2G         particle blocks -> private tiles                     reads x v C F Jp m V0
+//   grid update tiles -> sums of nodes -> velocity, gravity, contact
+//   G2P         nodes -> v C, then x F Jp, and the maxima that choose the next dt
+//
+// Each stage is one parallel loop over blocks in which every block writes only its own memory: no atomics, no
+// colours, and the same bits for any number of threads.
+#include "src/core/parallel.h"
+#include "src/mpm/colliders.h"
+#include "src/mpm/state.h"
+
+namespace firn {
+
+namespace {
+
+kernels::StepParams step_params(const Simulation::State& state, double dt) {
+  kernels::StepParams params{};
+  params.dt = static_cast<float>(dt);
+  params.dx = static_cast<float>(state.setup.dx);
+  params.inv_dx = static_cast<float>(1 / state.setup.dx);
+  for (int axis = 0; axis < 3; ++axis)
+    params.gravity_dt[axis] = static_cast<float>(state.setup.gravity[axis] * dt);
+  params.mass_floor = state.mass_floor;
+  return params;
+}
+
+kernels::ParticleRange range_of(const ParticleBlocks& blocks, std::size_t b) {
+  return {blocks.begin[b], blocks.begin[b + 1]};
+}
+
+// Who has left through the domain's boundary. Only blocks near it are asked particle by particle: a block's
+// particles lie within 7 cells of its centre.
+Leavers leavers_of(const SimulationSetup& setup) {
+  if (!setup.domain) return {};
+  const double dx = setup.dx;
+  const Shape& domain = *setup.domain;
+  return {[&domain, dx](const BlockCoord& block) {
+            return signed_distance(domain, world_in_block(block, Vec3::Constant(2.0), dx)) > -7 * dx;
+          },
+          [&domain, dx](const BlockCoord& block, const std::int32_t x[3]) {
+            const Vec3 cells = Vec3(x[0], x[1], x[2]) / kernels::kOneCell;
+            return signed_distance(domain, world_in_block(block, cells, dx)) > 0;
+          }};
+}
+
+}  // namespace
+
+void Simulation::State::sort() {
+  left += sorter.sort(particles, blocks, leavers_of(setup));
+  rebuild_grid();
+}
+
+void Simulation::State::rebuild_grid() {
+  grid.rebuild(blocks, setup.colliders, setup.dx);
+  summaries.resize(blocks.size());
+  bottom = budget.top;
+  for (const BlockCoord& block : blocks.coord) {
+    for (int corner = 0; corner < 8; ++corner) {  // of the block and its margin
+      const Vec3 cells(corner & 1 ? 5 : -1, corner & 2 ? 5 : -1, corner & 4 ? 5 : -1);
+      bottom = std::min(bottom, height_against(setup.gravity, world_in_block(block, cells, setup.dx)));
+    }
+  }
+}
+
+void Simulation::State::particles_to_grid(const kernels::StepParams& params) {
+  const kernels::ParticleView view = particles.view();
+  parallel_for(blocks.size(), 1, [&](std::size_t b) {
+    kernels.mpm.p2g(params, materials.data(), view, range_of(blocks, b), grid.tile(b));
+  });
+}
+
+void Simulation::State::update_grid(const kernels::StepParams& params) {
+  parallel_for(grid.size(), 4, [&](std::size_t g) {
+    const float* tiles[kernels::kNeighbours];
+    grid.tiles_around(g, tiles);
+    kernels.mpm.reduce_tiles(tiles, grid.nodes(g));
+    const auto& contacts = grid.contacts(g);
+    kernels.mpm.grid_update(params, contacts.data(), static_cast<int>(contacts.size()), grid.nodes(g));
+  });
+}
+
+void Simulation::State::grid_to_particles(const kernels::StepParams& params) {
+  const kernels::ParticleView view = particles.view();
+  parallel_for(blocks.size(), 1, [&](std::size_t b) {
+    const float* around[kernels::kNeighbours];
+    alignas(64) float tile[kernels::kTileStride];
+    grid.blocks_around(b, around);
+    kernels.mpm.assemble_tile(around, tile);
+    kernels.mpm.g2p(params, materials.data(), view, range_of(blocks, b), tile, &summaries[b]);
+  });
+  summary = combine(summaries);
+}
+
+void Simulation::State::step(double dt) {
+  const kernels::StepParams params = step_params(*this, dt);
+  if (summary.strayed) sort();
+  particles_to_grid(params);
+  update_grid(params);
+  grid_to_particles(params);
+  time += dt;
+  ++steps;
+  particle_steps += particles.size();
+  check_stability(dt);
+}
+
+}  // namespace firn

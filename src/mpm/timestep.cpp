@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+// The longest stable step from what G2P saw: the stiffest particle's elastic wave, the fastest particle, the
+// strongest velocity gradient. Hardening is exponential (packed snow is up to 7 times as fast as fresh), so
+// it is asked anew before every step.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "src/mpm/state.h"
+
+namespace firn {
+
+namespace {
+
+// A particle may cross this part of a cell in a step (half is the limit of the stencil's validity;
+// accelerations within the step need some of it), and F may change by this factor.
+constexpr double kSpeedCourant = 0.4;
+constexpr double kRateCourant = 0.5;
+
+const char* snow_state(const Simulation::State& state, double wave_speed) {
+  double fresh = 0;
+  bool snow = false;
+  for (const kernels::MaterialParams& m : state.materials) {
+    fresh = std::max(fresh, std::sqrt((m.lambda + 2.0 * m.mu) * m.inverse_density));
+    snow = snow || m.kind == kernels::kSnow;
+  }
+  if (!snow) return "";
+  return wave_speed > 1.05 * fresh ? "packed snow, " : "fresh snow, ";
+}
+
+}  // namespace
+
+kernels::BlockSummary combine(const std::vector<kernels::BlockSummary>& summaries) {
+  kernels::BlockSummary all{};
+  for (const kernels::BlockSummary& s : summaries) {
+    all.speed2 = std::max(all.speed2, s.speed2);
+    all.wave2 = std::max(all.wave2, s.wave2);
+    all.rate2 = std::max(all.rate2, s.rate2);
+    all.strayed |= s.strayed;
+    all.not_finite |= s.not_finite;
+    all.clamped += s.clamped;
+  }
+  return all;
+}
+
+TimeStep stable_limit(const Simulation::State& state) {
+  const double dx = state.setup.dx;
+  const double wave = std::sqrt(state.summary.wave2);
+  const double speed = std::sqrt(state.summary.speed2);
+  const double rate = std::sqrt(state.summary.rate2);
+  TimeStep limit{state.setup.max_dt, "the longest step allowed"};
+  const auto consider = [&](double dt, const char* format, auto... values) {
+    if (!(dt < limit.dt)) return;
+    char text[96];
+    std::snprintf(text, sizeof text, format, values...);
+    limit = {dt, text};
+  };
+  consider(kElasticCourant * dx / wave, "elastic wave (%s%.3g m/s)", snow_state(state, wave), wave);
+  consider(kSpeedCourant * dx / speed, "particle speed (%.3g m/s)", speed);
+  consider(kRateCourant / rate, "velocity gradient (%.3g 1/s)", rate);
+  return limit;
+}
+
+}  // namespace firn
