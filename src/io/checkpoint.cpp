@@ -25,6 +25,7 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& check
   put(file, kVersion);
   put(file, checkpoint.scene_hash);
   put(file, static_cast<std::int32_t>(checkpoint.frame));
+  put(file, checkpoint.particle_steps);
   put(file, static_cast<std::uint32_t>(checkpoint.pending.size()));
   for (const auto& snapshot : checkpoint.pending) put_sized(file, encode_snapshot(snapshot));
   put_sized(file, checkpoint.state);
@@ -49,6 +50,7 @@ Checkpoint read_checkpoint(const std::filesystem::path& path, std::uint64_t scen
   checkpoint.scene_hash = in.get<std::uint64_t>();
   if (checkpoint.scene_hash != scene_hash) in.fail("this checkpoint belongs to another scene");
   checkpoint.frame = in.get<std::int32_t>();
+  checkpoint.particle_steps = in.get<std::uint64_t>();
   const auto pending = in.get<std::uint32_t>();
   for (std::uint32_t i = 0; i < pending; ++i) {
     checkpoint.pending.push_back(decode_snapshot(take_sized(in), path.string()));

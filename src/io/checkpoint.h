@@ -3,8 +3,9 @@
 // the frames that it had passed but that were not yet written. One file, replaced as a whole, so that it
 // always fits itself.
 //
-//   "FIRNCKPT"  u32 version  u64 hash of the resolved scene  i32 frame  u32 pending frames
-//   { u64 bytes, particle file } x pending    u64 bytes, Simulation::save stream    u64 XXH3 of all before
+//   "FIRNCKPT"  u32 version  u64 hash of the resolved scene  i32 frame  u64 particle-steps
+//   u32 pending frames  { u64 bytes, particle file } x pending    u64 bytes, Simulation::save stream    u64
+//   XXH3 of all before
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -17,9 +18,10 @@ namespace firn {
 
 struct Checkpoint {
   std::uint64_t scene_hash = 0;
-  int frame = -1;                 // the last frame whose time the simulation has reached
-  std::vector<Snapshot> pending;  // frames up to `frame` that were not written, in order
-  std::string state;              // what Simulation::save wrote
+  int frame = -1;                    // the last frame whose time the simulation has reached
+  std::uint64_t particle_steps = 0;  // up to that frame
+  std::vector<Snapshot> pending;     // frames up to `frame` that were not written, in order
+  std::string state;                 // what Simulation::save wrote
 };
 
 void write_checkpoint(const std::filesystem::path& path, const Checkpoint& checkpoint);

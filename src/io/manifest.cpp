@@ -69,9 +69,12 @@ void manifest_fields(M& m, F&& field) {
   field("last_frame", m.last);
   field("pictures", m.pictures);
   field("particles", m.particles);
+  field("wants_movie", m.wants_movie);
   field("bytes_per_particle", m.bytes_per_particle);
   field("movie", m.movie);
   field("frames", m.frames);
+  field("ahead", m.ahead);
+  field("snow_from", m.snow_from);
   field("scene_file", m.scene_file);
   field("scene_hash", m.scene_hash);
   field("scene", m.scene);

@@ -37,12 +37,16 @@ struct Manifest {
   int first = 0, last = 0;  // frames, included
   bool pictures = true;     // false: `firn simulate`
   bool particles = false;   // particle files are kept
-  std::string scene_file;   // absolute path; other files that the scene names are relative to it
-  std::string scene;        // resolved, as TOML
+  bool wants_movie = true;
+  std::string snow_from;   // absolute path of the run whose particle files are shown; empty: simulated
+  std::string scene_file;  // absolute path; other files that the scene names are relative to it
+  std::string scene;       // resolved, as TOML
   std::string scene_hash;
   double bytes_per_particle = 0;    // of the simulation, grid included
   std::string movie;                // file name, empty if none
   std::vector<FrameRecord> frames;  // finished ones, in order
+  std::vector<FrameRecord>
+      ahead;  // simulated but not written when interrupted; their snow is in the checkpoint
 };
 
 void write_manifest(const std::filesystem::path& path, const Manifest& manifest);

@@ -11,7 +11,7 @@
 //   48      8      f64 dx (m)
 //   56      8      u64 n, number of particles
 //   64      8      u64 XXH3 of bytes 0..63 followed by the columns
-//   72      42 n   columns: f32 x y z (m from the origin), f32 vx vy vz (m/s), f32 density (kg/m^3), f32
+//   72      38 n   columns: f32 x y z (m from the origin), f32 vx vy vz (m/s), f32 density (kg/m^3), f32
 //   volume0 (m^3),
 //                  u32 id, u16 object; each n entries, one after another
 #pragma once

@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <utility>
 
 #include "src/core/error.h"
 #include "src/io/file.h"
@@ -95,13 +96,16 @@ RunFolder RunFolder::open(const fs::path& path) {
   if (!present(folder.manifest())) {
     throw Error(ExitCode::io, path.string(), "no run is in this folder (it has no run.json)");
   }
-  probe(path);
   return folder;
 }
 
-RunFolder::RunFolder(RunFolder&& other) noexcept
-    : path_(std::move(other.path_)), made_(std::move(other.made_)), overwrite_(other.overwrite_) {
-  other.made_.clear();
+RunFolder::RunFolder(RunFolder&& other) noexcept { *this = std::move(other); }
+
+RunFolder& RunFolder::operator=(RunFolder&& other) noexcept {
+  std::swap(path_, other.path_);
+  std::swap(made_, other.made_);
+  std::swap(overwrite_, other.overwrite_);
+  return *this;
 }
 
 RunFolder::~RunFolder() {

@@ -20,6 +20,7 @@ class RunFolder {
   static RunFolder open(const std::filesystem::path& path);
 
   RunFolder(RunFolder&&) noexcept;
+  RunFolder& operator=(RunFolder&&) noexcept;
   ~RunFolder();
 
   void begin();  // from here on the folder stays; removes the earlier run's files if overwriting

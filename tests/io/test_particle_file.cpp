@@ -66,10 +66,12 @@ TEST_CASE("A particle file with any byte changed, or of any other length, is an 
 
 TEST_CASE("A checkpoint comes back with its state and its pending frames") {
   Scratch scratch;
-  Checkpoint out{42, 7, {random_snapshot(10, 6), random_snapshot(10, 7)}, std::string("sta\0te", 6)};
+  Checkpoint out{
+      42, 7, 1ull << 50, {random_snapshot(10, 6), random_snapshot(10, 7)}, std::string("sta\0te", 6)};
   write_checkpoint(scratch / "c", out);
   const Checkpoint in = read_checkpoint(scratch / "c", 42);
   CHECK(in.frame == 7);
+  CHECK(in.particle_steps == 1ull << 50);
   CHECK(in.state == out.state);
   REQUIRE(in.pending.size() == 2);
   CHECK(same(in.pending[0], out.pending[0]));
@@ -78,7 +80,7 @@ TEST_CASE("A checkpoint comes back with its state and its pending frames") {
 
 TEST_CASE("A checkpoint of another scene, a damaged or a cut one is an io Error") {
   Scratch scratch;
-  write_checkpoint(scratch / "c", {42, 7, {random_snapshot(10, 7)}, "state"});
+  write_checkpoint(scratch / "c", {42, 7, 9, {random_snapshot(10, 7)}, "state"});
   CHECK_THROWS_WITH(read_checkpoint(scratch / "c", 43), contains("another scene"));
   const std::string whole = read_file(scratch / "c");
   for (const std::size_t length : {std::size_t{0}, std::size_t{4}, std::size_t{9}, whole.size() - 1}) {

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+// The only file that knows CLI11 (it takes seconds to compile).
+#include "src/app/options.h"
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "src/core/error.h"
+#include "src/io/movie.h"
+#include "src/io/version.h"
+
+namespace firn {
+namespace {
+
+// What is typed, before it is checked for sense.
+struct Typed {
+  Options options;
+  std::vector<std::string> set;
+  std::string frames;
+  std::optional<std::uint64_t> seed;
+  bool no_overlap = false;
+};
+
+void add_scene_options(CLI::App& app, Typed& typed) {
+  app.add_option("--set", typed.set,
+                 "Change a scene key, e.g. --set image.width=320 (repeatable; see 'firn params')")
+      ->take_all()
+      ->allow_extra_args(false)
+      ->type_name("KEY=VALUE");
+  app.add_flag("--quick", typed.options.quick, "The small size that the scene defines in its [quick] table");
+  app.add_option("--seed", typed.seed, "Same as --set simulation.seed=N")->type_name("N");
+  app.add_flag("--force", typed.options.force, "Accept a fixed dt above the stable bound");
+}
+
+void add_machine_options(CLI::App& app, Typed& typed) {
+  app.add_option("--threads", typed.options.threads, "Threads to use (default: all)")
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
+  app.add_option("--isa", typed.options.isa, "auto, base, x86-64-v3 or x86-64-v4")->type_name("NAME");
+}
+
+void add_run_options(CLI::App& app, Typed& typed) {
+  add_machine_options(app, typed);
+  app.add_flag("--quiet", typed.options.quiet, "Say nothing but errors");
+  app.add_flag("--no-overlap", typed.no_overlap, "Simulate, trace and write one after another");
+}
+
+void add_output_options(CLI::App& app, Typed& typed) {
+  app.add_option("--out", typed.options.out, "Output folder (default: the next free out/<scene>)")
+      ->type_name("DIR");
+  app.add_flag("--overwrite", typed.options.overwrite, "Replace the run that the output folder holds");
+  app.add_option("--frames", typed.frames,
+                 "Only these frames, both ends included; frame 0 is the initial state")
+      ->type_name("A-B");
+}
+
+CLI::App* add_command(CLI::App& app, Typed& typed, const char* name, const char* meaning) {
+  CLI::App* command = app.add_subcommand(name, meaning);
+  command->callback([&typed, name] { typed.options.command = name; });
+  return command;
+}
+
+void add_target(CLI::App* command, Typed& typed, const char* what, const char* meaning) {
+  command->add_option(what, typed.options.target, meaning)->required();
+}
+
+void add_commands(CLI::App& app, Typed& typed) {
+  auto* run = add_command(app, typed, "run", "Simulate, render and make the movie");
+  add_target(run, typed, "SCENE", "Scene file (TOML)");
+  auto* simulate =
+      add_command(app, typed, "simulate", "Simulate only; keeps every frame's particles for 'firn render'");
+  add_target(simulate, typed, "SCENE", "Scene file (TOML)");
+  auto* render = add_command(app, typed, "render",
+                             "Render a run's kept particles, or frames of a scene (default: frame 0)");
+  add_target(render, typed, "RUN|SCENE", "Run folder or scene file");
+  for (auto* command : {run, simulate, render}) {
+    add_scene_options(*command, typed);
+    add_output_options(*command, typed);
+    add_run_options(*command, typed);
+  }
+  auto* resume =
+      add_command(app, typed, "resume", "Continue an interrupted run; its finished frames are kept");
+  add_target(resume, typed, "RUN", "Run folder");
+  add_run_options(*resume, typed);
+  auto* check = add_command(app, typed, "check",
+                            "Validate a scene; print particles, memory, grid, dt and what limits it");
+  add_target(check, typed, "SCENE", "Scene file (TOML)");
+  add_scene_options(*check, typed);
+  add_machine_options(*check, typed);
+  auto* params =
+      add_command(app, typed, "params", "Print every scene key: type, unit, default, range, meaning");
+  params->add_option("PREFIX", typed.options.target, "Only keys that begin so, e.g. snow or image.width");
+  add_command(app, typed, "info", "Print version, compiler, CPU, instruction sets and features");
+}
+
+SceneOverride parse_override(const std::string& text) {
+  const auto equals = text.find('=');
+  if (equals == std::string::npos || equals == 0) {
+    throw Error(ExitCode::usage, "--set", "'" + text + "' is not of the form key=value");
+  }
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+std::optional<int> parse_frame(const std::string& text) {
+  const bool digits =
+      !text.empty() && text.size() < 8 && text.find_first_not_of("0123456789") == std::string::npos;
+  return digits ? std::optional(std::stoi(text)) : std::nullopt;
+}
+
+std::pair<int, int> parse_frames(const std::string& text) {
+  const auto dash = text.find('-');
+  const auto first = parse_frame(text.substr(0, dash));
+  const auto last = dash == std::string::npos ? first : parse_frame(text.substr(dash + 1));
+  if (!first || !last || *first > *last) {
+    throw Error(ExitCode::usage, "--frames", "'" + text + "' is not a range of frames such as 0-23 or 12");
+  }
+  return {*first, *last};
+}
+
+Options checked(Typed& typed) {
+  Options options = typed.options;
+  for (const auto& text : typed.set) options.overrides.push_back(parse_override(text));
+  if (typed.seed) options.overrides.push_back({"simulation.seed", std::to_string(*typed.seed)});
+  if (!typed.frames.empty()) options.frames = parse_frames(typed.frames);
+  options.overlap = !typed.no_overlap;
+  return options;
+}
+
+}  // namespace
+
+std::optional<Options> parse_options(int count, const char* const* words) {
+  Typed typed;
+  CLI::App app(
+      "firn: snow, simulated and path traced on CPUs. One command from a scene file to a movie:\n"
+      "  firn run scenes/two_snowballs.toml --quick\n",
+      "firn");
+  app.set_version_flag("--version", "firn " + version() + " (" + revision() + ")");
+  app.require_subcommand(1);
+  add_commands(app, typed);
+  if (count < 2) {
+    std::cerr << app.help();
+    throw Error(ExitCode::usage, "", "no command given");
+  }
+  try {
+    app.parse(count, words);
+  } catch (const CLI::Success& success) {  // --help and --version
+    app.exit(success, std::cout, std::cerr);
+    return std::nullopt;
+  } catch (const CLI::ParseError& error) {
+    throw Error(ExitCode::usage, "", std::string(error.what()) + " (see 'firn --help')");
+  }
+  Options options = checked(typed);
+  options.typed = shell_line({words, words + count});
+  return options;
+}
+
+}  // namespace firn

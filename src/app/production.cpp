@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: MIT
+// The stages of the frame graph as this program fills them, and what is on disk after each way a session can
+// end. A frame counts as finished when the manifest has it; the manifest is written after the frame's files
+// and before a checkpoint that relies on it, so a power cut at any point leaves a run that can be resumed.
+#include "src/app/production.h"
+
+#include <algorithm>
+#include <iterator>
+#include <thread>
+
+#include "src/app/report.h"
+#include "src/graph/trace.h"
+#include "src/io/checkpoint.h"
+#include "src/io/file.h"
+#include "src/io/images.h"
+#include "src/io/movie.h"
+#include "src/io/particle_file.h"
+#include "src/io/version.h"
+
+namespace firn {
+namespace {
+
+constexpr auto kManifestEvery = std::chrono::seconds(1);
+
+class Stopwatch {
+ public:
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+std::string hash_of(std::string_view bytes) { return hex(hash_bytes(bytes.data(), bytes.size())); }
+
+}  // namespace
+
+Manifest new_manifest(const Options& options, const SceneConfig& scene, const std::string& isa) {
+  Manifest m;
+  m.command = options.typed;
+  m.version = version();
+  m.revision = revision();
+  m.compiler = compiler();
+  m.build_type = build_type();
+  m.cpu = cpu_name();
+  m.isa = isa;
+  m.threads = options.threads > 0 ? options.threads : static_cast<int>(std::thread::hardware_concurrency());
+  m.slots = options.overlap ? 3 : 1;
+  m.force = options.force;
+  m.seed = scene.simulation.seed;
+  m.started = utc_now();
+  m.scene_file = std::filesystem::absolute(scene.file).string();
+  m.scene = resolved_toml(scene);
+  m.scene_hash = hash_of(m.scene);
+  m.last = scene.time.frames - 1;
+  return m;
+}
+
+int first_unfinished(const RunFolder& folder, const Manifest& manifest) {
+  int frame = manifest.first;
+  for (const auto& record : manifest.frames) {
+    if (record.frame != frame) break;
+    for (const auto& file : record.files) {
+      if (!std::filesystem::exists(folder.path() / file.first)) return frame;
+    }
+    ++frame;
+  }
+  return frame;
+}
+
+Production::Production(RunFolder folder, SceneConfig scene, Manifest manifest, bool quiet)
+    : folder_(std::move(folder)),
+      scene_(std::move(scene)),
+      manifest_(std::move(manifest)),
+      progress_(log_, quiet),
+      earlier_wall_(manifest_.wall_seconds) {}
+
+void Production::begin(int first) {
+  folder_.begin();
+  log_.open(folder_.log());
+  log_.add(manifest_.command);
+  if (in_place) return;
+  write_file(folder_.scene(), manifest_.scene);
+  metrics_.emplace(folder_.metrics(), first);
+  std::erase_if(manifest_.frames, [first](const FrameRecord& record) { return record.frame >= first; });
+  manifest_.ahead.clear();
+  manifest_.error.clear();
+  save_manifest("running");
+}
+
+ExitCode Production::produce(int first, int last, std::atomic<bool>& stop) {
+  begin(first);
+  try {
+    return finish(run_graph(first, last, stop), stop);
+  } catch (const Error& error) {
+    progress_.stop();
+    if (error.code() == ExitCode::interrupted) return interrupted({});
+    fail(error.what());
+    throw;
+  } catch (const std::exception& error) {
+    progress_.stop();
+    fail(error.what());
+    throw;
+  }
+}
+
+ExitCode Production::finish(FrameGraphResult result, const std::atomic<bool>& stop) {
+  if (result.interrupted) return interrupted(std::move(result));
+  make_movie(stop);
+  save_manifest("complete");
+  Manifest shown = manifest_;
+  shown.pictures = renderer != nullptr;
+  progress_.say(closing_report(folder_, shown, result.intervals));
+  return ExitCode::ok;
+}
+
+FrameGraphResult Production::run_graph(int first, int last, std::atomic<bool>& stop) {
+  if (first > last) return {};
+  FrameStages stages;
+  stages.simulate = [&](int frame, FrameSlot& slot) { return simulate(frame, slot, stop); };
+  stages.trace = [&](int frame, FrameSlot& slot) { return trace(frame, slot, stop); };
+  stages.write = [&](int frame, FrameSlot& slot) { return write(frame, slot); };
+  progress_.start(first, last, expected_seconds);
+  FrameGraphResult result = run_frames(stages, {first, last, manifest_.slots, manifest_.threads}, stop);
+  progress_.stop();
+  write_file(folder_.trace(), chrome_trace(result.intervals));
+  return result;
+}
+
+bool Production::simulate(int frame, FrameSlot& slot, const std::atomic<bool>& stop) {
+  const Stopwatch watch;
+  progress_.begin(Progress::simulate, frame);
+  InFlight job;
+  SnowSource& source = simulated ? static_cast<SnowSource&>(*simulated) : *recorded;
+  if (!source.fetch(frame, slot.snapshot, job.record, stop)) return false;
+  job.record.frame = frame;
+  const int every = scene_.output.checkpoint_every;
+  if (simulated && every > 0 && frame > manifest_.first && frame < manifest_.last && frame % every == 0 &&
+      simulated->reached() == frame) {
+    job.checkpoint = simulated->checkpoint();
+  }
+  if (simulated) job.bytes_per_particle = simulated->bytes_per_particle();
+  if (simulated) job.record.simulate_seconds += watch.seconds();
+  const std::lock_guard lock(mutex_);
+  in_flight_[frame] = std::move(job);
+  progress_.end(Progress::simulate);
+  return true;
+}
+
+bool Production::trace(int frame, FrameSlot& slot, const std::atomic<bool>& stop) {
+  if (!renderer) return !stop;
+  const Stopwatch watch;
+  progress_.begin(Progress::trace, frame);
+  RenderStats stats;
+  if (!renderer->render(slot.snapshot, slot.film, stats, stop)) return false;
+  const std::lock_guard lock(mutex_);
+  in_flight_[frame].record.trace_seconds = watch.seconds();
+  in_flight_[frame].record.rays = stats.rays;
+  progress_.end(Progress::trace);
+  return true;
+}
+
+bool Production::write(int frame, FrameSlot& slot) {
+  const Stopwatch watch;
+  progress_.begin(Progress::write, frame);
+  InFlight job;
+  {
+    const std::lock_guard lock(mutex_);
+    job = std::move(in_flight_[frame]);
+  }
+  job.record.files.clear();
+  write_particles(slot, job.record);
+  if (renderer) write_pictures(slot, job.record);
+  if (metrics_) metrics_->add(frame, job.record.metrics);
+  job.record.write_seconds = watch.seconds();
+  finish_frame(std::move(job));
+  const std::lock_guard lock(mutex_);
+  in_flight_.erase(frame);
+  progress_.end(Progress::write);
+  return true;
+}
+
+void Production::finish_frame(InFlight job) {
+  auto& frames = manifest_.frames;
+  const auto place = std::lower_bound(frames.begin(), frames.end(), job.record.frame,
+                                      [](const FrameRecord& a, int frame) { return a.frame < frame; });
+  if (place != frames.end() && place->frame == job.record.frame) {
+    *place = std::move(job.record);
+  } else {
+    frames.insert(place, std::move(job.record));
+  }
+  manifest_.bytes_per_particle = std::max(manifest_.bytes_per_particle, job.bytes_per_particle);
+  if (job.checkpoint || Clock::now() - manifest_saved_ > kManifestEvery) save_manifest("running");
+  if (job.checkpoint) save_checkpoint(std::move(*job.checkpoint));
+}
+
+void Production::write_pictures(const FrameSlot& slot, FrameRecord& record) {
+  record.film_hash =
+      hash_of({reinterpret_cast<const char*>(slot.film.rgb.data()), slot.film.rgb.size() * sizeof(float)});
+  for (const auto& format : scene_.output.formats) {
+    const std::string bytes = encode_film(slot.film, format, scene_.output.exposure);
+    const auto path = folder_.frame(record.frame, format);
+    write_file(path, bytes);
+    record.files.emplace_back(path.lexically_relative(folder_.path()).string(), hash_of(bytes));
+  }
+}
+
+void Production::write_particles(const FrameSlot& slot, FrameRecord& record) {
+  const std::string bytes = encode_snapshot(slot.snapshot);
+  record.particles_hash = hash_of(bytes);
+  if (!manifest_.particles) return;
+  const auto path = folder_.particle_file(record.frame);
+  if (!in_place) write_file(path, bytes);
+  record.files.emplace_back(path.lexically_relative(folder_.path()).string(), record.particles_hash);
+}
+
+void Production::save_manifest(const std::string& status) {
+  if (!in_place) manifest_.status = status;
+  manifest_.wall_seconds = earlier_wall_ + std::chrono::duration<double>(Clock::now() - started_).count();
+  write_manifest(folder_.manifest(), manifest_);
+  manifest_saved_ = Clock::now();
+}
+
+void Production::save_checkpoint(Checkpoint checkpoint) {
+  checkpoint.scene_hash = hash_bytes(manifest_.scene.data(), manifest_.scene.size());
+  write_checkpoint(folder_.checkpoint(), checkpoint);
+}
+
+// Where the simulation stands, between two steps, with the frames that it had passed but that were not
+// written.
+void Production::save_position(std::vector<Snapshot> pending) {
+  Checkpoint checkpoint = simulated->checkpoint();
+  for (const auto& snapshot : pending) manifest_.ahead.push_back(in_flight_.at(snapshot.frame).record);
+  for (const auto& [frame, record] : simulated->pending_records()) manifest_.ahead.push_back(record);
+  checkpoint.pending.insert(checkpoint.pending.begin(), std::make_move_iterator(pending.begin()),
+                            std::make_move_iterator(pending.end()));
+  save_manifest("interrupted");
+  save_checkpoint(std::move(checkpoint));
+}
+
+void Production::make_movie(const std::atomic<bool>& stop) {
+  const auto& formats = scene_.output.formats;
+  const auto has = [&](const char* format) {
+    return std::find(formats.begin(), formats.end(), format) != formats.end();
+  };
+  if (!renderer || in_place || !manifest_.wants_movie || !(has("png") || has("ppm")) ||
+      manifest_.last == manifest_.first)
+    return;
+  const MovieJob job{folder_.frames(), has("png") ? "png" : "ppm",
+                     manifest_.first,  manifest_.last,
+                     scene_.time.fps,  folder_.movie()};
+  const bool ffmpeg = find_program("ffmpeg").has_value();
+  progress_.say(ffmpeg ? "Making the movie with ffmpeg." : "Making the movie.");
+  manifest_.movie = (ffmpeg ? make_mp4(job) : make_webp(job, stop)).filename().string();
+  if (!ffmpeg)
+    progress_.say("No ffmpeg on the PATH: it is an animated WebP. An mp4 comes from\n  " +
+                  shell_line(ffmpeg_command(job)));
+}
+
+ExitCode Production::interrupted(FrameGraphResult result) {
+  if (simulated) {
+    save_position(std::move(result.pending));
+  } else {
+    save_manifest("interrupted");
+  }
+  progress_.say("Interrupted. " + std::to_string(manifest_.frames.size()) + " finished frames are kept in " +
+                folder_.path().string() + ". Continue with: " + again);
+  return ExitCode::interrupted;
+}
+
+void Production::fail(const std::string& what) {
+  if (!in_place) manifest_.error = what;
+  log_.add("failed: " + what);
+  try {
+    save_manifest("failed");
+  } catch (const Error& error) {  // the disk is full, perhaps; `what` says why already
+    log_.add(error.what());
+  }
+}
+
+}  // namespace firn

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+#include "src/app/progress.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+
+namespace firn {
+namespace {
+
+constexpr auto kRedraw = std::chrono::milliseconds(200);  // on a terminal
+constexpr auto kPlainLine = std::chrono::seconds(5);      // elsewhere
+constexpr std::size_t kRecentFrames = 8;
+constexpr const char* kDoing[] = {"simulating", "tracing", "writing"};
+
+double seconds(std::chrono::steady_clock::duration d) { return std::chrono::duration<double>(d).count(); }
+
+}  // namespace
+
+std::string clock_text(double seconds) {
+  const long s = std::lround(std::max(seconds, 0.0));
+  char text[32];
+  if (s >= 3600) std::snprintf(text, sizeof text, "%ld:%02ld:%02ld", s / 3600, s / 60 % 60, s % 60);
+  if (s < 3600) std::snprintf(text, sizeof text, "%ld:%02ld", s / 60, s % 60);
+  return text;
+}
+
+Progress::Progress(Log& log, bool quiet)
+    : log_(log), quiet_(quiet), terminal_(::isatty(STDERR_FILENO) == 1) {}
+
+Progress::~Progress() { stop(); }
+
+void Progress::say(const std::string& line) {
+  log_.add(line);
+  if (quiet_) return;
+  const std::lock_guard lock(mutex_);
+  std::fprintf(stderr, "%s%s\n", terminal_ ? "\r\033[K" : "", line.c_str());
+}
+
+void Progress::start(int first, int last, double prior) {
+  {
+    const std::lock_guard lock(mutex_);
+    first_ = first;
+    last_ = last;
+    finished_ = 0;
+    prior_ = prior;
+    started_ = last_finish_ = Clock::now();
+    running_ = true;
+  }
+  if (quiet_) return;
+  draw(false);
+  ticker_ = std::thread([this] { tick(); });
+}
+
+void Progress::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!running_) return;
+    running_ = false;
+  }
+  wake_.notify_all();
+  if (ticker_.joinable()) ticker_.join();
+  if (!quiet_ && terminal_) std::fputs("\r\033[K", stderr);
+}
+
+void Progress::begin(Stage stage, int frame) {
+  const std::lock_guard lock(mutex_);
+  frame_[stage] = frame;
+}
+
+void Progress::end(Stage stage) {
+  const std::lock_guard lock(mutex_);
+  frame_[stage] = -1;
+  if (stage != write) return;
+  ++finished_;
+  const auto now = Clock::now();
+  recent_.push_back(seconds(now - last_finish_));
+  if (recent_.size() > kRecentFrames) recent_.pop_front();
+  last_finish_ = now;
+}
+
+double Progress::seconds_left() const {
+  // The first frame (it has nothing to simulate) says little about the next ones: the prior stays until the
+  // second.
+  const double mean =
+      std::accumulate(recent_.begin(), recent_.end(), 0.0) / std::max<std::size_t>(recent_.size(), 1);
+  const double waited = seconds(Clock::now() - last_finish_);
+  const double frame = std::max(finished_ > 1 ? mean : std::max(prior_, mean), 0.0);
+  const int left = last_ - first_ + 1 - finished_;
+  return frame * (left - 1) + std::max(frame - waited, 0.0);
+}
+
+std::string Progress::line() const {
+  const int count = last_ - first_ + 1;
+  char text[96];
+  std::snprintf(text, sizeof text, "%3d %%  %d of %d frames", 100 * finished_ / std::max(count, 1), finished_,
+                count);
+  std::string line = text;
+  for (int stage = 0; stage < 3; ++stage) {
+    if (frame_[stage] >= 0) line += std::string(", ") + kDoing[stage] + " " + std::to_string(frame_[stage]);
+  }
+  line += "; " + clock_text(seconds(Clock::now() - started_)) + " gone, ";
+  return line + (finished_ > 1 ? "" : "about ") + clock_text(seconds_left()) + " left";
+}
+
+void Progress::draw(bool periodic) {
+  const std::lock_guard lock(mutex_);
+  if (periodic && !terminal_ && Clock::now() - last_draw_ < kPlainLine) return;
+  last_draw_ = Clock::now();
+  std::fprintf(stderr, terminal_ ? "\r\033[K%s" : "%s\n", line().c_str());
+  std::fflush(stderr);
+}
+
+void Progress::tick() {
+  std::unique_lock lock(mutex_);
+  while (!wake_.wait_for(lock, kRedraw, [this] { return !running_; })) {
+    lock.unlock();
+    draw(true);
+    lock.lock();
+  }
+}
+
+}  // namespace firn

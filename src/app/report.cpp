@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#include "src/app/report.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "src/app/progress.h"
+
+namespace firn {
+namespace {
+
+template <class... Values>
+std::string text(const char* format, Values... values) {
+  char line[256];
+  std::snprintf(line, sizeof line, format, values...);
+  return line;
+}
+
+std::string stage_row(const char* name, const Manifest& manifest, double FrameRecord::*seconds) {
+  double sum = 0, most = 0;
+  for (const auto& frame : manifest.frames) {
+    sum += frame.*seconds;
+    most = std::max(most, frame.*seconds);
+  }
+  const double mean = sum / static_cast<double>(std::max<std::size_t>(manifest.frames.size(), 1));
+  return text("  %-10s%10.3f%10.3f%10.1f\n", name, mean, most, sum);
+}
+
+std::string rate(const char* name, double count, double seconds, double unit, const char* unit_name) {
+  if (count <= 0 || seconds <= 0) return "";
+  return text("  %-18s%.2f %s\n", name, count / seconds / unit, unit_name);
+}
+
+std::string overlap(const std::vector<StageInterval>& intervals) {
+  if (intervals.empty()) return "";
+  double busy = 0, begin = intervals[0].begin, end = 0;
+  for (const auto& i : intervals) {
+    busy += i.end - i.begin;
+    begin = std::min(begin, i.begin);
+    end = std::max(end, i.end);
+  }
+  return text("  %-18s%.2f stages at work on average\n", "overlap", busy / std::max(end - begin, 1e-9));
+}
+
+}  // namespace
+
+std::string grouped(std::uint64_t number) {
+  std::string digits = std::to_string(number);
+  for (int at = static_cast<int>(digits.size()) - 3; at > 0; at -= 3)
+    digits.insert(static_cast<std::size_t>(at), ",");
+  return digits;
+}
+
+std::string mebibytes(double bytes) { return text("%.1f MiB", bytes / (1 << 20)); }
+
+std::string closing_report(const RunFolder& folder, const Manifest& manifest,
+                           const std::vector<StageInterval>& intervals) {
+  double simulate = 0, trace = 0, steps = 0, rays = 0;
+  for (const auto& frame : manifest.frames) {
+    simulate += frame.simulate_seconds;
+    trace += frame.trace_seconds;
+    steps += static_cast<double>(frame.particle_steps);
+    rays += static_cast<double>(frame.rays);
+  }
+  std::string report;
+  if (manifest.pictures) report += "Frames  " + folder.frames().string() + "\n";
+  if (manifest.particles) report += "Snow    " + folder.particles().string() + "\n";
+  if (!manifest.movie.empty()) report += "Movie   " + (folder.path() / manifest.movie).string() + "\n";
+  report += "\n  s a frame       mean      most     total\n";
+  report += stage_row("simulate", manifest, &FrameRecord::simulate_seconds);
+  if (manifest.pictures) report += stage_row("trace", manifest, &FrameRecord::trace_seconds);
+  report += stage_row("write", manifest, &FrameRecord::write_seconds);
+  report += text("  %-10s%30.1f\n\n", "wall", manifest.wall_seconds);
+  report += rate("particle-steps", steps, simulate, 1e6, "M/s");
+  report += rate("rays", rays, trace, 1e6, "M/s");
+  if (manifest.bytes_per_particle > 0) {
+    report += text("  %-18s%.0f, grid included\n", "bytes a particle", manifest.bytes_per_particle);
+  }
+  return report + overlap(intervals) +
+         text("  %-18s%d, %s", "threads", manifest.threads, manifest.isa.c_str());
+}
+
+}  // namespace firn

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#include "src/app/snow_source.h"
+
+#include <algorithm>
+#include <sstream>
+#include <utility>
+
+#include "src/core/error.h"
+#include "src/io/file.h"
+#include "src/io/particle_file.h"
+
+namespace firn {
+
+std::string snapshot_hash(const Snapshot& snapshot) {
+  const std::string bytes = encode_snapshot(snapshot);
+  return hex(hash_bytes(bytes.data(), bytes.size()));
+}
+
+SimulatedSnow::SimulatedSnow(Simulation simulation, double seconds_per_frame)
+    : simulation_(std::move(simulation)), seconds_per_frame_(seconds_per_frame) {}
+
+bool SimulatedSnow::fetch(int frame, Snapshot& out, FrameRecord& record, const std::atomic<bool>& stop) {
+  if (const auto kept = pending_.find(frame); kept != pending_.end()) {
+    out = std::move(kept->second);
+    record = pending_records_.at(frame);
+    pending_.erase(kept);
+    pending_records_.erase(frame);
+    return true;
+  }
+  // Every frame on the way is reached exactly, shown or not: the same steps whichever frames are asked for.
+  while (reached_ < frame) {
+    if (!simulation_.advance_to((reached_ + 1) * seconds_per_frame_, stop)) return false;
+    ++reached_;
+  }
+  simulation_.snapshot(out);
+  out.frame = frame;
+  record.metrics = simulation_.metrics();
+  record.particle_steps = record.metrics.particle_steps - steps_before_;
+  steps_before_ = record.metrics.particle_steps;
+  return true;
+}
+
+double SimulatedSnow::bytes_per_particle() const {
+  return static_cast<double>(simulation_.resident_bytes()) /
+         static_cast<double>(std::max<std::size_t>(simulation_.particle_count(), 1));
+}
+
+void SimulatedSnow::restore(Checkpoint checkpoint, const std::vector<FrameRecord>& ahead) {
+  std::istringstream in(std::move(checkpoint.state));
+  simulation_.load(in);
+  reached_ = checkpoint.frame;
+  steps_before_ = checkpoint.particle_steps;
+  for (auto& snapshot : checkpoint.pending) pending_[snapshot.frame] = std::move(snapshot);
+  for (const auto& record : ahead) pending_records_[record.frame] = record;
+}
+
+Checkpoint SimulatedSnow::checkpoint() const {
+  std::ostringstream out;
+  simulation_.save(out);
+  Checkpoint checkpoint;
+  checkpoint.frame = reached_;
+  checkpoint.particle_steps = steps_before_;
+  for (const auto& [frame, snapshot] : pending_) checkpoint.pending.push_back(snapshot);
+  checkpoint.state = std::move(out).str();
+  return checkpoint;
+}
+
+RecordedSnow::RecordedSnow(const std::filesystem::path& run) : folder_(RunFolder::open(run)) {
+  const Manifest manifest = read_manifest(folder_.manifest());
+  for (const auto& record : manifest.frames) records_[record.frame] = record;
+}
+
+bool RecordedSnow::fetch(int frame, Snapshot& out, FrameRecord& record, const std::atomic<bool>&) {
+  if (!records_.count(frame)) {
+    throw Error(ExitCode::usage, folder_.path().string(), "this run has no frame " + std::to_string(frame));
+  }
+  record = records_.at(frame);
+  out = read_particle_file(folder_.particle_file(frame));
+  if (out.frame != frame || snapshot_hash(out) != record.particles_hash) {
+    throw Error(ExitCode::io, folder_.particle_file(frame).string(),
+                "these are not the particles that the run wrote");
+  }
+  return true;
+}
+
+}  // namespace firn

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+// Where a frame's snow comes from: simulated now, or read back from a run's particle files. The stages of a
+// production do not know which.
+#pragma once
+#include <atomic>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "src/io/checkpoint.h"
+#include "src/io/manifest.h"
+#include "src/io/run_folder.h"
+#include "src/mpm/simulation.h"
+#include "src/particles/snapshot.h"
+
+namespace firn {
+
+class SnowSource {
+ public:
+  virtual ~SnowSource() = default;
+  // Fills the snapshot of `frame` and the simulated part of its record. Frames are asked for in order. False
+  // if stopped.
+  virtual bool fetch(int frame, Snapshot& out, FrameRecord& record, const std::atomic<bool>& stop) = 0;
+};
+
+class SimulatedSnow : public SnowSource {
+ public:
+  // Frame k is the state at k * seconds_per_frame.
+  SimulatedSnow(Simulation simulation, double seconds_per_frame);
+  bool fetch(int frame, Snapshot& out, FrameRecord& record, const std::atomic<bool>& stop) override;
+  double bytes_per_particle() const;
+
+  void restore(Checkpoint checkpoint, const std::vector<FrameRecord>& ahead);
+  // The state as it is now, with the frames of an earlier checkpoint that were not asked for yet; the scene's
+  // hash is left to the caller.
+  Checkpoint checkpoint() const;
+  int reached() const { return reached_; }
+  const Simulation& simulation() const { return simulation_; }
+  const std::map<int, FrameRecord>& pending_records() const { return pending_records_; }
+
+ private:
+  Simulation simulation_;
+  double seconds_per_frame_;
+  int reached_ = 0;                  // last frame whose time the simulation has reached
+  std::uint64_t steps_before_ = 0;   // particle-steps up to that frame
+  std::map<int, Snapshot> pending_;  // passed before a checkpoint, not asked for yet
+  std::map<int, FrameRecord> pending_records_;
+};
+
+class RecordedSnow : public SnowSource {
+ public:
+  explicit RecordedSnow(const std::filesystem::path& run);
+  bool fetch(int frame, Snapshot& out, FrameRecord& record, const std::atomic<bool>& stop) override;
+
+ private:
+  RunFolder folder_;
+  std::map<int, FrameRecord> records_;
+};
+
+std::string snapshot_hash(const Snapshot& snapshot);  // of every column, origin, time and frame
+
+}  // namespace firn
