@@ -47,7 +47,16 @@ bool overlap(const StageInterval& a, const StageInterval& b) { return a.begin < 
 
 TEST_CASE("With two or more slots, frame k+1 is simulated while frame k is traced, for every k") {
   const int slots = GENERATE(2, 3);
-  const auto result = run(sleeping_stages(25, 20, 2), {0, 7, slots, 4});
+  // The two meet: each waits (for a while) until the other has begun. On one slot neither could.
+  std::atomic<int> simulating{-1}, tracing{-1};
+  const auto wait_for = [](const std::atomic<int>& begun, int frame) {
+    for (int ms = 0; ms < 2000 && begun < frame; ++ms) rest(1);
+    return true;
+  };
+  FrameStages stages = sleeping_stages(0, 0, 1);
+  stages.simulate = [&](int f, FrameSlot&) { return simulating = f, wait_for(tracing, f - 1); };
+  stages.trace = [&](int f, FrameSlot&) { return tracing = f, f == 7 || wait_for(simulating, f + 1); };
+  const auto result = run(stages, {0, 7, slots, 4});
   REQUIRE(result.finished == 8);
   for (int k = 0; k < 7; ++k) {
     INFO("slots " << slots << ", frame " << k);
