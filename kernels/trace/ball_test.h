@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// One ray against 16 balls, in projected form: q = c - (c.d) d is the ball's centre seen from the ray, |q|^2
-// <= r^2 a hit. The textbook b^2 - (c.c - r^2) cancels: in float it loses balls that are a few hundred radii
-// away.
+// Rays against balls, in projected form: q = c - (c.d) d is the ball's centre seen from the ray, |q|^2 <= r^2
+// a hit. The textbook b^2 - (c.c - r^2) cancels: in float it loses balls that are a few hundred radii away.
+// Lanes are balls (one ray) or rays (one ball); the arithmetic is one and the same, and of equal distances
+// the lower index wins, so that every way of asking gives the same bits.
 #pragma once
-#include "kernels/trace/lanes.h"
+#include "kernels/simd/lanes.h"
 #include "kernels/trace/table.h"
 
 namespace firn::kernels::FIRN_ISA {
@@ -18,32 +19,69 @@ struct Nearest {
   std::uint32_t particle;
 };
 
-inline Ray load_ray(const RayView& rays, std::size_t i) {
+FIRN_INLINE Ray load_ray(const RayView& rays, std::size_t i) {
   return {{rays.origin[0][i], rays.origin[1][i], rays.origin[2][i]},
           {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]}};
 }
 
+// c: from the ray's origin to the ball's centre. `along` is c.d; the result is r^2 - |q|^2, negative for a
+// miss.
+FIRN_INLINE Floats project(const Floats c[3], const Floats d[3], Floats r2, Floats& along) {
+  along = fma(c[2], d[2], fma(c[1], d[1], c[0] * d[0]));
+  const Floats qx = fma(-along, d[0], c[0]);
+  const Floats qy = fma(-along, d[1], c[1]);
+  const Floats qz = fma(-along, d[2], c[2]);
+  return r2 - fma(qz, qz, fma(qy, qy, qx * qx));
+}
+
+// One ray against a register of balls, whose sorted indices are particle(lane). A negative r2 is never hit.
+template <class Particle>
+FIRN_INLINE void test_lanes(const Floats c[3], const Floats d[3], Floats r2, Particle particle,
+                            Nearest& best) {
+  Floats along;
+  const Floats depth2 = project(c, d, r2, along);
+  if (!any(less_equal(splat(0), depth2))) return;
+  const Floats t = along - sqrt(depth2);  // NaN where missed: every comparison is then false
+  int hits = lane_bits(less(splat(0), t) & less_equal(t, splat(best.t)));
+  if (hits == 0) return;
+  float distance[kLanes];
+  store(distance, t);
+  for (; hits != 0; hits &= hits - 1) {
+    const int lane = __builtin_ctz(static_cast<unsigned>(hits));
+    if (distance[lane] < best.t || (distance[lane] == best.t && particle(lane) < best.particle)) {
+      best = {distance[lane], particle(lane)};
+    }
+  }
+}
+
 template <bool kAny>
-inline void test_bundles(const BallBundle* bundles, std::uint64_t begin, std::uint64_t end, const Ray& ray,
-                         Nearest& best) {
+FIRN_INLINE void test_bundles(const BallBundle* bundles, std::uint64_t begin, std::uint64_t end,
+                              const Ray& ray, Nearest& best) {
+  const Floats d[3] = {splat(ray.d[0]), splat(ray.d[1]), splat(ray.d[2])};
   for (std::uint64_t b = begin; b < end; ++b) {
     const BallBundle& balls = bundles[b];
-    const F16 cx = load16(balls.x) - ray.o[0];
-    const F16 cy = load16(balls.y) - ray.o[1];
-    const F16 cz = load16(balls.z) - ray.o[2];
-    const F16 along = cx * ray.d[0] + cy * ray.d[1] + cz * ray.d[2];
-    const F16 qx = cx - along * ray.d[0];
-    const F16 qy = cy - along * ray.d[1];
-    const F16 qz = cz - along * ray.d[2];
-    const F16 depth2 = load16(balls.r2) - (qx * qx + qy * qy + qz * qz);
-    if (bits16(depth2 >= 0.f) == 0) continue;
-    const F16 t = along - sqrt16(depth2);  // NaN where missed: every comparison below is then false
-    unsigned hits = bits16((t > 0.f) & (t < best.t));
-    for (; hits != 0; hits &= hits - 1) {
-      const int lane = __builtin_ctz(hits);
-      if (t[lane] < best.t) best = {t[lane], balls.particle[lane]};
-      if (kAny) return;
+    for (int part = 0; part < kRayLanes; part += kLanes) {
+      const Floats c[3] = {load(balls.x + part) - ray.o[0], load(balls.y + part) - ray.o[1],
+                           load(balls.z + part) - ray.o[2]};
+      test_lanes(
+          c, d, load(balls.r2 + part), [&](int lane) { return balls.particle[part + lane]; }, best);
+      if (kAny && best.particle != kNoHit) return;
     }
+  }
+}
+
+// The same over a run of the sorted columns.
+inline void test_run(const TraceGrid& grid, std::uint64_t begin, std::uint64_t end, const Ray& ray,
+                     Nearest& best) {
+  const Floats d[3] = {splat(ray.d[0]), splat(ray.d[1]), splat(ray.d[2])};
+  for (std::uint64_t b = begin; b < end; b += kLanes) {
+    const int count = end - b < kLanes ? static_cast<int>(end - b) : kLanes;
+    const Floats c[3] = {load_first(grid.x + b, count, 0) - ray.o[0],
+                         load_first(grid.y + b, count, 0) - ray.o[1],
+                         load_first(grid.z + b, count, 0) - ray.o[2]};
+    const Floats r = load_first(grid.radius + b, count, -1);
+    test_lanes(
+        c, d, r * abs(r), [&](int lane) { return static_cast<std::uint32_t>(b) + lane; }, best);
   }
 }
 

@@ -26,6 +26,14 @@ inline bool enter_grid(const TraceGrid& grid, Ray& ray, float reach, double& ent
   return true;
 }
 
+FIRN_INLINE std::size_t brick_at(const TraceGrid& grid, int x, int y, int z) {
+  return (static_cast<std::size_t>(x) * grid.bricks[1] + y) * grid.bricks[2] + z;
+}
+// The cell's place in cell_start and bundle_start.
+FIRN_INLINE std::size_t cell_at(std::uint32_t slot, int x, int y, int z) {
+  return static_cast<std::size_t>(slot) * kCellsPerBrick + ((x & 3) << 4) + ((y & 3) << 2) + (z & 3);
+}
+
 class CellWalk {
  public:
   CellWalk(const TraceGrid& grid, const Ray& ray) : grid_(grid), ray_(ray) {
@@ -37,14 +45,9 @@ class CellWalk {
     }
   }
 
-  std::size_t brick() const {
-    return (static_cast<std::size_t>(cell_[0] >> 2) * grid_.bricks[1] + (cell_[1] >> 2)) * grid_.bricks[2] +
-           (cell_[2] >> 2);
-  }
-  std::size_t cell_in(std::uint32_t slot) const {
-    return static_cast<std::size_t>(slot) * kCellsPerBrick + ((cell_[0] & 3) << 4) + ((cell_[1] & 3) << 2) +
-           (cell_[2] & 3);
-  }
+  std::size_t brick() const { return brick_at(grid_, cell_[0] >> 2, cell_[1] >> 2, cell_[2] >> 2); }
+  const int* cell() const { return cell_; }
+  std::size_t cell_in(std::uint32_t slot) const { return cell_at(slot, cell_[0], cell_[1], cell_[2]); }
 
   // On to the next cell; false at the grid's end or when the present cell reaches beyond `reach`.
   bool step(float reach) {

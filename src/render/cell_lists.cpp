@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "src/render/render_grid.h"
+
 namespace firn {
 namespace {
 
 using kernels::kBrickCells;
-using kernels::kCellsPerBrick;
 
 // Squared distance along one axis from a coordinate to the cell [low, low + size].
 float gap2(float p, float low, float size) {
@@ -45,7 +46,6 @@ void enter(const kernels::TraceGrid& grid, const int corner[3], std::uint32_t ba
 }  // namespace
 
 void gather_cell_lists(const kernels::TraceGrid& grid, std::size_t brick, float margin, CellLists& lists) {
-  for (auto& list : lists.ball) list.clear();
   const int corner[3] = {static_cast<int>(brick / grid.bricks[2] / grid.bricks[1]) * kBrickCells,
                          static_cast<int>(brick / grid.bricks[2] % grid.bricks[1]) * kBrickCells,
                          static_cast<int>(brick % grid.bricks[2]) * kBrickCells};
@@ -58,12 +58,8 @@ void gather_cell_lists(const kernels::TraceGrid& grid, std::size_t brick, float 
   for (int x = low[0]; x <= high[0]; ++x) {
     for (int y = low[1]; y <= high[1]; ++y) {
       for (int z = low[2]; z <= high[2]; ++z) {
-        const std::uint32_t slot =
-            grid.slot[(static_cast<std::size_t>(x >> 2) * grid.bricks[1] + (y >> 2)) * grid.bricks[2] +
-                      (z >> 2)];
-        if (slot == kernels::kNoBrick) continue;
-        const std::size_t cell =
-            static_cast<std::size_t>(slot) * kCellsPerBrick + ((x & 3) << 4) + ((y & 3) << 2) + (z & 3);
+        const std::size_t cell = cell_index(grid, x, y, z);
+        if (cell == kNoCell) continue;
         for (std::uint64_t s = grid.cell_start[cell]; s < grid.cell_start[cell + 1]; ++s) {
           enter(grid, corner, static_cast<std::uint32_t>(s), margin, lists);
         }

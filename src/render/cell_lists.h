@@ -12,7 +12,7 @@ struct CellLists {
   std::vector<std::uint32_t> ball[kernels::kCellsPerBrick];  // sorted indices, by increasing cell and index
 };
 
-// `margin` (m) is added to every radius.
+// Adds to `lists`; `margin` (m) is added to every radius.
 void gather_cell_lists(const kernels::TraceGrid& grid, std::size_t brick, float margin, CellLists& lists);
 
 // The i-th group of 16 balls of a list; places beyond its end are never hit.

@@ -40,7 +40,7 @@ std::uint64_t TilePaths::trace(const Tile& tile, Film& film) {
   for (std::uint32_t first = 0; first < samples; first += kSamplesAtOnce) {
     start_paths(tile, first, std::min(first + kSamplesAtOnce, samples));
     for (std::uint32_t depth = 0; depth <= depths + 1 && rays_.size() > 0; ++depth) {
-      meet();
+      meet(depth);
       shade(depth);
       trace_shadows();
       std::swap(rays_, next_rays_);
@@ -68,7 +68,7 @@ void TilePaths::start_paths(const Tile& tile, std::uint32_t first_sample, std::u
       for (std::uint32_t sample = first_sample; sample < last_sample; ++sample) {
         for (int py = y; py < std::min(y + kBlock, tile.y1); ++py) {
           for (int px = x; px < std::min(x + kBlock, tile.x1); ++px) {
-            const Path path{Vec3f::Ones(), Vec3f::Zero(), px, py, sample, true};
+            const Path path{Vec3f::Ones(), Vec3f::Zero(), px, py, sample, true, true};
             path_of_.push_back(static_cast<std::uint32_t>(paths_.size()));
             rays_.push(eye, view_.camera.direction(px, py, draw(path, kFilmPair)), kInfinity);
             paths_.push_back(path);
@@ -80,7 +80,7 @@ void TilePaths::start_paths(const Tile& tile, std::uint32_t first_sample, std::u
 }
 
 // Finds for every ray the nearest of object, lamp and snow.
-void TilePaths::meet() {
+void TilePaths::meet(std::uint32_t depth) {
   const std::size_t count = rays_.size();
   meetings_.resize(count);
   lamp_.resize(count);
@@ -90,7 +90,8 @@ void TilePaths::meet() {
     if (meetings_[i].object >= 0) rays_.t(i) = meetings_[i].t;
     if (!view_.lights.hit(o, d, rays_.t(i), lamp_[i])) lamp_[i] = Vec3f::Constant(-1);
   }
-  view_.kernels.closest(view_.grid.view(), rays_.view(), 0, count);
+  const auto closest = depth == 0 ? view_.kernels.closest_coherent : view_.kernels.closest;
+  closest(view_.grid.view(), rays_.view(), 0, count);
   rays_traced_ += count;
 }
 
@@ -124,11 +125,11 @@ bool TilePaths::arrive(std::size_t ray, Path& path, Vertex& vertex) const {
     return true;
   }
   if (lamp_[ray].x() >= 0) {
-    if (path.sees_lights) path.light += path.beta.cwiseProduct(lamp_[ray]);
+    if (path.sees_lamps) path.light += path.beta.cwiseProduct(lamp_[ray]);
     return false;
   }
   if (meetings_[ray].object < 0) {
-    path.light += path.beta.cwiseProduct(view_.lights.escape(rays_.direction(ray), path.sees_lights));
+    path.light += path.beta.cwiseProduct(view_.lights.escape(rays_.direction(ray), path.sees_sun));
     return false;
   }
   vertex = object_vertex(ray);
@@ -152,7 +153,7 @@ void TilePaths::shade(std::uint32_t depth) {
     if (vertex.kind == SurfaceKind::mirror) {
       const Vec3f d = rays_.direction(ray);
       paths_[path].beta = paths_[path].beta.cwiseProduct(vertex.albedo);
-      paths_[path].sees_lights = true;
+      paths_[path].sees_lamps = true;
       next_rays_.push(vertex.start, (d - 2 * vertex.normal.dot(d) * vertex.normal).normalized(), kInfinity);
       next_path_of_.push_back(path);
     } else {
@@ -178,7 +179,8 @@ void TilePaths::sample_light(std::uint32_t index, const Vertex& vertex, std::uin
 void TilePaths::bounce(std::uint32_t index, const Vertex& vertex, std::uint32_t depth) {
   Path& path = paths_[index];
   path.beta = path.beta.cwiseProduct(vertex.albedo);
-  path.sees_lights = false;
+  path.sees_lamps = false;
+  path.sees_sun = false;
   const float strongest = path.beta.maxCoeff();
   if (strongest <= 0) return;
   if (depth >= kRouletteDepth && strongest < 1) {

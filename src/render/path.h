@@ -46,7 +46,8 @@ class TilePaths {
     Vec3f light;  // radiance so far
     int pixel_x, pixel_y;
     std::uint32_t sample;
-    bool sees_lights;  // its last vertex could not sample them: the camera or a mirror
+    bool sees_lamps;  // its last vertex could not sample them: the camera or a mirror
+    bool sees_sun;    // all its vertices are mirrors; a sun in a mirror behind a diffuse surface is left out: noise
   };
   // Where a path arrived.
   struct Vertex {
@@ -57,7 +58,7 @@ class TilePaths {
   };
 
   void start_paths(const Tile& tile, std::uint32_t first_sample, std::uint32_t last_sample);
-  void meet();
+  void meet(std::uint32_t depth);
   void shade(std::uint32_t depth);
   bool arrive(std::size_t ray, Path& path, Vertex& vertex) const;
   Vertex snow_vertex(std::size_t ray) const;

@@ -121,16 +121,48 @@ void RenderGrid::fit(double cell) {
   }
 }
 
-// Grows the cells until the table of bricks and the list of strays are bounded.
+// The bounds of all but a few outlying particles: cut where 1 % (at most 128) lie beyond on each side of each
+// axis, then widened by their own size. A grid over a splash that left the scene would have no cells left for
+// the snow.
+void RenderGrid::trim_bounds(const Snapshot& snapshot) {
+  const std::size_t count = snapshot.size(), beyond = std::min<std::size_t>(count / 100, 128);
+  std::vector<float> column;
+  Bounds kept = bounds_;
+  for (int a = 0; a < 3; ++a) {
+    column = snapshot.x[a];
+    const auto low = column.begin() + static_cast<std::ptrdiff_t>(beyond);
+    const auto high = column.begin() + static_cast<std::ptrdiff_t>(count - 1 - beyond);
+    std::nth_element(column.begin(), low, column.end());
+    const double from = *low;
+    std::nth_element(column.begin(), high, column.end());
+    const double size = *high - from + 16 * spacing_;
+    kept.min[a] = std::max(bounds_.min[a], snapshot.origin[a] + from - size);
+    kept.max[a] = std::min(bounds_.max[a], snapshot.origin[a] + *high + size);
+  }
+  bounds_ = kept;
+}
+
+std::size_t RenderGrid::count_strays(const Snapshot& snapshot) const {
+  std::size_t strays = 0;
+  for (std::size_t i = 0; i < snapshot.size(); ++i) strays += !in_cells(local(snapshot, i), ball_radius_[i]);
+  return strays;
+}
+
+// Lets outliers go if the table of bricks would be too large, then grows the cells until it and the list of
+// strays are bounded.
 void RenderGrid::choose_cells(const Snapshot& snapshot) {
-  for (double cell = kCellSpacings * spacing_;; cell *= 1.25) {
+  const Bounds all = bounds_;
+  const auto too_large = [this] {
+    return static_cast<double>(view_.bricks[0]) * view_.bricks[1] * view_.bricks[2] > kMaxBricks;
+  };
+  double cell = kCellSpacings * spacing_;
+  fit(cell);
+  if (too_large()) trim_bounds(snapshot);
+  for (;; cell *= 1.25) {
     fit(cell);
-    const double bricks = static_cast<double>(view_.bricks[0]) * view_.bricks[1] * view_.bricks[2];
-    if (bricks > kMaxBricks) continue;
-    std::size_t strays = 0;
-    for (std::size_t i = 0; i < snapshot.size(); ++i)
-      strays += ball_radius_[i] > kMaxRadiusCells * view_.cell;
-    if (strays <= kMaxStrays) return;
+    if (too_large()) continue;
+    if (count_strays(snapshot) <= kMaxStrays) return;
+    bounds_ = all;
   }
 }
 
@@ -159,6 +191,7 @@ void RenderGrid::place_bricks(const Snapshot& snapshot) {
     slot_[b] = static_cast<std::uint32_t>(brick_of_slot_.size());
     brick_of_slot_.push_back(static_cast<std::uint32_t>(b));
   }
+  view_.slot = slot_.data();
 }
 
 // Chebyshev distance to the nearest occupied brick, one axis at a time: D(i) = min over k of max(|k|, D'(i +
@@ -198,10 +231,7 @@ void RenderGrid::sort_balls(const Snapshot& snapshot) {
       std::size_t cell = stray_cell;
       if (in_cells(p, ball_radius_[i])) {
         const CellRange at = cells_of(view_, p, 0);
-        cell = static_cast<std::size_t>(
-                   slot_[brick_index(view_, at.low[0] >> 2, at.low[1] >> 2, at.low[2] >> 2)]) *
-                   kCellsPerBrick +
-               ((at.low[0] & 3) << 4) + ((at.low[1] & 3) << 2) + (at.low[2] & 3);
+        cell = cell_index(view_, at.low[0], at.low[1], at.low[2]);
       }
       cell_of[i] = static_cast<std::uint32_t>(cell);
       std::atomic_ref<std::uint64_t>(next[cell]).fetch_add(1, std::memory_order_relaxed);
@@ -235,6 +265,26 @@ void RenderGrid::sort_balls(const Snapshot& snapshot) {
   });
 }
 
+// A brick is core if balls fill it and two cells around it: nearly all of these cells hold one. Rays that
+// start in the open end before they reach it.
+void RenderGrid::find_core() {
+  constexpr int kShell = 2, kSide = kBrickCells + 2 * kShell, kEmptyAllowed = 8;  // cells
+  core_.resize(brick_of_slot_.size());
+  parallel_for(core_.size(), 64, [&](std::size_t slot) {
+    const std::size_t brick = brick_of_slot_[slot];
+    const int corner[3] = {static_cast<int>(brick / view_.bricks[2] / view_.bricks[1]) * kBrickCells - kShell,
+                           static_cast<int>(brick / view_.bricks[2] % view_.bricks[1]) * kBrickCells - kShell,
+                           static_cast<int>(brick % view_.bricks[2]) * kBrickCells - kShell};
+    int empty = 0;
+    for (int i = 0; i < kSide * kSide * kSide && empty <= kEmptyAllowed; ++i) {
+      const std::size_t cell = cell_index(view_, corner[0] + i / (kSide * kSide),
+                                          corner[1] + i / kSide % kSide, corner[2] + i % kSide);
+      empty += cell == kNoCell || cell_start_[cell] == cell_start_[cell + 1];
+    }
+    core_[slot] = empty <= kEmptyAllowed;
+  });
+}
+
 // Bundles of the balls that overlap each cell: gathered by groups of bricks, then laid end to end.
 void RenderGrid::fill_bundles() {
   constexpr std::size_t kGroup = 16;  // bricks
@@ -244,7 +294,8 @@ void RenderGrid::fill_bundles() {
   parallel_chunks(slots, kGroup, [&](std::size_t group, std::size_t begin, std::size_t end) {
     CellLists lists;
     for (std::size_t slot = begin; slot < end; ++slot) {
-      gather_cell_lists(view_, brick_of_slot_[slot], kCellMargin * view_.cell, lists);
+      for (auto& list : lists.ball) list.clear();
+      if (!core_[slot]) gather_cell_lists(view_, brick_of_slot_[slot], kCellMargin * view_.cell, lists);
       for (int c = 0; c < kCellsPerBrick; ++c) {
         const auto& ball = lists.ball[c];
         for (std::size_t i = 0; i < ball.size(); i += kernels::kRayLanes) {
@@ -276,7 +327,6 @@ void RenderGrid::fill_strays() {
 }
 
 void RenderGrid::publish() {
-  view_.slot = slot_.data();
   view_.clearance = clearance_.data();
   view_.cell_start = cell_start_.data();
   view_.x = x_[0].data();
@@ -294,10 +344,12 @@ void RenderGrid::build(const Snapshot& snapshot, const std::vector<SnowLook>& lo
   measure_clearance();
   sort_balls(snapshot);
   publish();
+  find_core();
   fill_bundles();
   fill_strays();
   view_.bundle_start = bundle_start_.data();
   view_.bundles = bundles_.data();
+  view_.core = core_.data();
   view_.strays = strays_.data();
   view_.stray_bundles = strays_.size();
 }
@@ -305,7 +357,8 @@ void RenderGrid::build(const Snapshot& snapshot, const std::vector<SnowLook>& lo
 std::size_t RenderGrid::bytes() const {
   const auto of = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
   return of(slot_) + of(clearance_) + of(brick_of_slot_) + of(cell_start_) + of(bundle_start_) + of(order_) +
-         of(x_[0]) + of(x_[1]) + of(x_[2]) + of(radius_) + of(ball_radius_) + of(bundles_) + of(strays_);
+         of(x_[0]) + of(x_[1]) + of(x_[2]) + of(radius_) + of(ball_radius_) + of(core_) + of(bundles_) +
+         of(strays_);
 }
 
 }  // namespace firn

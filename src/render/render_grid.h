@@ -14,15 +14,29 @@
 
 namespace firn {
 
+inline constexpr std::size_t kNoCell = SIZE_MAX;
+
+// A cell's place in cell_start, bundle_start and SnowSurface's nodes; kNoCell outside the occupied bricks.
+inline std::size_t cell_index(const kernels::TraceGrid& grid, int x, int y, int z) {
+  if (x < 0 || y < 0 || z < 0 || x >= grid.cells[0] || y >= grid.cells[1] || z >= grid.cells[2])
+    return kNoCell;
+  const std::uint32_t slot =
+      grid.slot[(static_cast<std::size_t>(x >> 2) * grid.bricks[1] + (y >> 2)) * grid.bricks[2] + (z >> 2)];
+  if (slot == kernels::kNoBrick) return kNoCell;
+  return static_cast<std::size_t>(slot) * kernels::kCellsPerBrick + ((x & 3) << 4) + ((y & 3) << 2) + (z & 3);
+}
+
 class RenderGrid {
  public:
   // An unstable Error if a position or volume is not finite.
   void build(const Snapshot& snapshot, const std::vector<SnowLook>& looks);
 
   const kernels::TraceGrid& view() const { return view_; }
+  std::size_t size() const { return order_.size(); }
   Vec3 origin() const { return origin_; }      // m, world place of the render space's 0
   double spacing() const { return spacing_; }  // m, mean particle spacing
-  const std::vector<std::uint32_t>& brick_of_slot() const { return brick_of_slot_; }
+  const std::vector<std::uint32_t>& brick_of_slot() const { return brick_of_slot_; }  // occupied bricks
+  bool is_core(std::size_t slot) const { return core_[slot] != 0; }
   std::size_t bytes() const;
 
   // Of a sorted index.
@@ -36,10 +50,13 @@ class RenderGrid {
   void place_bricks(const Snapshot& snapshot);
   void measure_clearance();
   void sort_balls(const Snapshot& snapshot);
+  void find_core();
   void fill_bundles();
   void fill_strays();
   void publish();
   void fit(double cell);
+  void trim_bounds(const Snapshot& snapshot);
+  std::size_t count_strays(const Snapshot& snapshot) const;
   Vec3f local(const Snapshot& snapshot, std::size_t i) const;
   bool in_cells(const Vec3f& p, float radius) const;
 
@@ -49,7 +66,7 @@ class RenderGrid {
   std::vector<float> ball_radius_;  // m, in snapshot order
   kernels::TraceGrid view_;
   std::vector<std::uint32_t> slot_;
-  std::vector<std::uint8_t> clearance_;
+  std::vector<std::uint8_t> clearance_, core_;
   std::vector<std::uint32_t> brick_of_slot_;
   std::vector<std::uint64_t> cell_start_, bundle_start_;
   std::vector<std::uint32_t> order_;  // sorted -> snapshot index; strays last

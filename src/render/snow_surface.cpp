@@ -17,15 +17,6 @@ constexpr float kSupportCells = 1.7f;  // reach R of the density kernel (1 - q^2
 constexpr float kGrain = 0.25f;        // share of the ball's own normal
 constexpr int kReach = 2;              // whole cells
 
-std::size_t node_index(const kernels::TraceGrid& grid, int x, int y, int z) {
-  if (x < 0 || y < 0 || z < 0 || x >= grid.cells[0] || y >= grid.cells[1] || z >= grid.cells[2])
-    return SIZE_MAX;
-  const std::uint32_t slot =
-      grid.slot[(static_cast<std::size_t>(x >> 2) * grid.bricks[1] + (y >> 2)) * grid.bricks[2] + (z >> 2)];
-  if (slot == kernels::kNoBrick) return SIZE_MAX;
-  return static_cast<std::size_t>(slot) * kCellsPerBrick + ((x & 3) << 4) + ((y & 3) << 2) + (z & 3);
-}
-
 }  // namespace
 
 // Adds every ball near the brick to the nodes within its reach.
@@ -63,8 +54,8 @@ void SnowSurface::fill_brick(std::size_t brick, std::size_t slot) {
   for (int x = corner[0] - kReach; x < corner[0] + kBrickCells + kReach; ++x) {
     for (int y = corner[1] - kReach; y < corner[1] + kBrickCells + kReach; ++y) {
       for (int z = corner[2] - kReach; z < corner[2] + kBrickCells + kReach; ++z) {
-        const std::size_t cell = node_index(grid, x, y, z);
-        if (cell == SIZE_MAX) continue;
+        const std::size_t cell = cell_index(grid, x, y, z);
+        if (cell == kNoCell) continue;
         for (std::uint64_t s = grid.cell_start[cell]; s < grid.cell_start[cell + 1]; ++s) add(s);
       }
     }
@@ -81,6 +72,7 @@ void SnowSurface::build(const RenderGrid& grid) {
   const auto face = static_cast<float>(24 / (per_cell * kPi * r * r * r * r));
   const auto inside = static_cast<float>(315 / (per_cell * 64 * kPi * r * r * r));
   parallel_for(bricks.size(), 4, [&](std::size_t slot) {
+    if (grid.is_core(slot)) return;  // no ray comes here: the ball's own normal will do
     fill_brick(bricks[slot], slot);
     for (int c = 0; c < kCellsPerBrick; ++c) {
       Node& node = nodes_[slot * kCellsPerBrick + c];
@@ -103,8 +95,8 @@ Vec3f SnowSurface::normal(const Vec3f& p, const Vec3f& ball_normal) const {
   Vec3f gradient = Vec3f::Zero();
   for (int corner = 0; corner < 8; ++corner) {
     const int x = corner >> 2, y = corner >> 1 & 1, z = corner & 1;
-    const std::size_t node = node_index(grid, base[0] + x, base[1] + y, base[2] + z);
-    if (node == SIZE_MAX) continue;
+    const std::size_t node = cell_index(grid, base[0] + x, base[1] + y, base[2] + z);
+    if (node == kNoCell) continue;
     const float weight = (x ? f[0] : 1 - f[0]) * (y ? f[1] : 1 - f[1]) * (z ? f[2] : 1 - f[2]);
     for (int a = 0; a < 3; ++a) gradient[a] += weight * nodes_[node].gradient[a];
   }

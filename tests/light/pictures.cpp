@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#include "tests/light/pictures.h"
+
+#include <bit>
+#include <cmath>
+
+#include "src/core/rng.h"
+
+namespace firn::test {
+
+Snapshot snowball(const Vec3& center, double radius, double spacing, const Vec3& origin) {
+  Snapshot snapshot;
+  snapshot.origin = origin;
+  snapshot.dx = 2 * spacing;
+  const int n = static_cast<int>(radius / spacing) + 1;
+  std::uint64_t key = 0;
+  for (int i = 0; i < (2 * n + 1) * (2 * n + 1) * (2 * n + 1); ++i) {
+    Vec3 p(i % (2 * n + 1) - n, i / (2 * n + 1) % (2 * n + 1) - n, i / (2 * n + 1) / (2 * n + 1) - n);
+    for (int a = 0; a < 3; ++a) p[a] += 0.5 * (uniform_double(hash_keys(9, key++)) - 0.5);
+    p *= spacing;
+    if (p.norm() > radius) continue;
+    const Vec3 local = center + p - origin;
+    for (int a = 0; a < 3; ++a) {
+      snapshot.x[a].push_back(static_cast<float>(local[a]));
+      snapshot.v[a].push_back(0);
+    }
+    snapshot.density.push_back(300);
+    snapshot.volume0.push_back(static_cast<float>(spacing * spacing * spacing));
+    snapshot.id.push_back(static_cast<std::uint32_t>(snapshot.id.size()));
+    snapshot.object.push_back(0);
+  }
+  return snapshot;
+}
+
+RenderSetup empty_setup(const Vec3& position, const Vec3& target, double fov, int size, int samples,
+                        int bounces) {
+  RenderSetup setup;
+  setup.camera.position = position;
+  setup.camera.target = target;
+  setup.camera.up = std::fabs((target - position).normalized().y()) > 0.9 ? Vec3(0, 0, 1) : Vec3(0, 1, 0);
+  setup.camera.fov = fov;
+  setup.image = {size, size, samples, bounces};
+  setup.snow.resize(1);
+  return setup;
+}
+
+int add_surface(RenderSetup& setup, SurfaceKind kind, float grey) {
+  Surface surface;
+  surface.kind = kind;
+  surface.albedo = Vec3f::Constant(grey);
+  surface.emission = Vec3f::Constant(grey);
+  setup.surfaces.push_back(surface);
+  return static_cast<int>(setup.surfaces.size()) - 1;
+}
+
+void add_object(RenderSetup& setup, const Shape& shape, int surface) {
+  setup.objects.push_back({shape, surface});
+}
+
+Shape floor_plane(double height) {
+  Shape shape;
+  shape.form = HalfSpace{};
+  shape.pose.translation = Vec3(0, height, 0);
+  return shape;
+}
+
+Film render(const Snapshot& snapshot, const RenderSetup& setup, const kernels::KernelTable& kernels) {
+  Film film;
+  RenderStats stats;
+  const std::atomic<bool> stop{false};
+  Renderer(kernels, setup).render(snapshot, film, stats, stop);
+  return film;
+}
+
+Film render(const Snapshot& snapshot, const RenderSetup& setup) {
+  return render(snapshot, setup, *supported_kernels().back());
+}
+
+Vec3f mean(const Film& film) {
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t i = 0; i < film.rgb.size(); ++i) sum[static_cast<Eigen::Index>(i % 3)] += film.rgb[i];
+  return (sum / (static_cast<double>(film.width) * film.height)).cast<float>();
+}
+
+std::uint64_t hash(const Film& film) {
+  std::uint64_t hash = 0;
+  for (const float value : film.rgb) hash = hash_keys(hash, std::bit_cast<std::uint32_t>(value));
+  return hash;
+}
+
+}  // namespace firn::test

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+// The render grid: sorting, bounds, bad input, and independence of threads.
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+
+#include "src/core/error.h"
+#include "src/core/rng.h"
+#include "tests/catch.h"
+#include "tests/trace/ray_cases.h"
+
+using namespace firn;
+using namespace firn::test;
+
+namespace {
+
+std::uint64_t fingerprint(const RenderGrid& grid) {
+  std::uint64_t hash = 0;
+  for (std::uint32_t i = 0; i < grid.size(); ++i) hash = hash_keys(hash, grid.snapshot_index(i));
+  const auto& view = grid.view();
+  const std::uint64_t cells = grid.brick_of_slot().size() * kernels::kCellsPerBrick;
+  for (std::uint64_t b = 0; b < view.bundle_start[cells]; ++b) {
+    for (const std::uint32_t particle : view.bundles[b].particle) hash = hash_keys(hash, particle);
+  }
+  return hash;
+}
+
+}  // namespace
+
+TEST_CASE("the grid holds every particle once, at its place") {
+  const Snapshot snapshot = cloud(3000, 5, 2);
+  RenderGrid grid;
+  grid.build(snapshot, {SnowLook{}});
+  std::vector<std::uint32_t> seen;
+  for (std::uint32_t i = 0; i < grid.size(); ++i) {
+    const std::uint32_t original = grid.snapshot_index(i);
+    seen.push_back(original);
+    const Vec3 world = grid.origin() + grid.center(i).cast<double>();
+    REQUIRE((world - snapshot.world_position(original)).norm() < 1e-5);
+    REQUIRE(grid.radius(i) == Approx(0.8 * std::cbrt(snapshot.volume0[original])));
+  }
+  std::sort(seen.begin(), seen.end());
+  std::vector<std::uint32_t> all(3000);
+  std::iota(all.begin(), all.end(), 0);
+  CHECK(seen == all);
+}
+
+TEST_CASE("the grid is the same for any number of threads") {
+  const Snapshot snapshot = cloud(40000, 6, 2);
+  std::vector<std::uint64_t> hashes;
+  for (const std::size_t threads : {1, 2, 4}) {
+    tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    RenderGrid grid;
+    grid.build(snapshot, {SnowLook{}});
+    hashes.push_back(fingerprint(grid));
+  }
+  CHECK(hashes[0] == hashes[1]);
+  CHECK(hashes[0] == hashes[2]);
+}
+
+TEST_CASE("a grid that is built again forgets the last frame") {
+  const Snapshot small = cloud(300, 7), large = cloud(5000, 8);
+  RenderGrid fresh, used;
+  fresh.build(small, {SnowLook{}});
+  used.build(large, {SnowLook{}});
+  used.build(small, {SnowLook{}});
+  CHECK(fingerprint(fresh) == fingerprint(used));
+}
+
+TEST_CASE("a particle that is nowhere is refused as unstable, by its id") {
+  Snapshot snapshot = cloud(10, 9);
+  snapshot.id[4] = 1234;
+  for (const float bad : {std::nanf(""), INFINITY, -INFINITY}) {
+    snapshot.x[1][4] = bad;
+    RenderGrid grid;
+    try {
+      grid.build(snapshot, {SnowLook{}});
+      FAIL("no error");
+    } catch (const Error& error) {
+      CHECK(error.code() == ExitCode::unstable);
+      CHECK(std::strstr(error.what(), "1234") != nullptr);
+    }
+  }
+}
+
+TEST_CASE("one particle far away does not spoil the cells of the others") {
+  Snapshot snapshot = cloud(20000, 10);
+  RenderGrid near, with_far;
+  near.build(snapshot, {SnowLook{}});
+  add_particle(snapshot, Vec3(2e5, -1e5, 3e5), 1);
+  with_far.build(snapshot, {SnowLook{}});
+  CHECK(with_far.view().cell <= 2 * near.view().cell);
+  CHECK(with_far.bytes() < 2 * near.bytes() + 100'000'000);
+}
