@@ -47,7 +47,8 @@ class TilePaths {
     int pixel_x, pixel_y;
     std::uint32_t sample;
     bool sees_lamps;  // its last vertex could not sample them: the camera or a mirror
-    bool sees_sun;    // all its vertices are mirrors; a sun in a mirror behind a diffuse surface is left out: noise
+    bool sees_sun;    // all its vertices are mirrors; a sun in a mirror behind a diffuse surface is left out:
+                      // noise
   };
   // Where a path arrived.
   struct Vertex {
