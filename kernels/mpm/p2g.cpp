@@ -61,28 +61,14 @@ FIRN_INLINE void fill_records(const StepParams& step, const MaterialParams* mate
   }
 }
 
-FIRN_INLINE void add_rows(float* at, Floats (&sum)[9]) {
-#pragma GCC unroll 9
-  for (int ij = 0; ij < 9; ++ij) {
-    float* row = at + ij / 3 * kSlabStride + ij % 3 * kRowStride;
-    store(row, load(row) + sum[ij]);
-    sum[ij] = splat(0.f);
-  }
-}
-
-// Part `part` of the rows of `count` particles.
+// Part `part` of the rows of particles [first, last), which share one cell. The parts of a run follow one
+// another directly: a node gets its sums in the order of the runs at every register width.
 template <int part>
-FIRN_INLINE void spread(const Stencils& s, const Records& records, int count, float* tile) {
+FIRN_INLINE void spread_run(const Stencils& s, const Records& records, int first, int last, float* tile) {
   Floats sum[9];
 #pragma GCC unroll 9
   for (int ij = 0; ij < 9; ++ij) sum[ij] = splat(0.f);
-  tile += part * kLanes;
-  std::int32_t offset = s.offset[0];
-  for (int l = 0; l < count; ++l) {
-    if (s.offset[l] != offset) {
-      add_rows(tile + offset, sum);
-      offset = s.offset[l];
-    }
+  for (int l = first; l < last; ++l) {
     const float* record = records.of[l];
     const Floats fz = splat(s.fraction[2][l]);
     const Floats wz = row_weight(part, fz);
@@ -103,7 +89,26 @@ FIRN_INLINE void spread(const Stencils& s, const Records& records, int count, fl
       q = q + step_x;
     }
   }
-  add_rows(tile + offset, sum);
+  float* at = tile + s.offset[first] + part * kLanes;
+#pragma GCC unroll 9
+  for (int ij = 0; ij < 9; ++ij) {
+    float* row = at + ij / 3 * kSlabStride + ij % 3 * kRowStride;
+    store(row, load(row) + sum[ij]);
+  }
+}
+
+FIRN_INLINE void spread(const Stencils& s, const Records& records, int count, float* tile) {
+  for (int first = 0; first < count;) {
+    int last = first + 1;
+    while (last < count && s.offset[last] == s.offset[first]) ++last;
+    spread_run<0>(s, records, first, last, tile);
+    if constexpr (kLanes < 16) spread_run<1>(s, records, first, last, tile);
+    if constexpr (kLanes < 8) {
+      spread_run<2>(s, records, first, last, tile);
+      spread_run<3>(s, records, first, last, tile);
+    }
+    first = last;
+  }
 }
 
 }  // namespace
@@ -121,12 +126,7 @@ void p2g(const StepParams& step, const MaterialParams* materials, const Particle
       fill_records(step, materials, p, b, slot, records);
       count += b.count;
     }
-    spread<0>(stencils, records, count, tile);
-    if constexpr (kLanes < 16) spread<1>(stencils, records, count, tile);
-    if constexpr (kLanes < 8) {
-      spread<2>(stencils, records, count, tile);
-      spread<3>(stencils, records, count, tile);
-    }
+    spread(stencils, records, count, tile);
   }
 }
 
