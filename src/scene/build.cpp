@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 
 #include "src/core/error.h"
@@ -17,7 +18,6 @@
 namespace firn {
 namespace {
 
-constexpr int kDefaultAcross = 40;  // particles across the smallest snow object, when nothing is said
 constexpr std::uint64_t kJitterKey = 0x717;  // a stream of its own among the random numbers
 
 std::string snow_table(std::size_t index) { return "snow[" + std::to_string(index) + "]"; }
@@ -149,7 +149,7 @@ void check_fixed_dt(const SceneConfig& scene, double dx) {
 
 double grid_spacing(const SceneConfig& scene) {
   if (scene.simulation.dx) return *scene.simulation.dx;
-  const int across = scene.simulation.particles_across.value_or(kDefaultAcross);
+  const int across = *scene.simulation.particles_across;
   double dx = 1e300;
   for (std::size_t i = 0; i < scene.snow.size(); ++i) {
     dx = std::min(dx, narrowest(scene, i) / across * std::cbrt(scene.snow[i].particles_per_cell));

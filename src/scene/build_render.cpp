@@ -41,16 +41,6 @@ Light make_light(const LightConfig& light) {
   return ConstantLight{light.radiance};
 }
 
-// Late afternoon: a warm sun low on the left behind the camera and a blue sky.
-std::vector<Light> default_lights() {
-  LightConfig sun, sky;
-  sun.type = "sun";
-  sun.azimuth = -50;
-  sun.elevation = 24;
-  sky.type = "sky";
-  return {make_light(sun), make_light(sky)};
-}
-
 void place_objects(const SceneConfig& scene, RenderSetup& setup) {
   if (scene.ground) {
     setup.objects.push_back({plane_shape(Vec3(0, scene.ground->height, 0), Vec3::UnitY()),
@@ -82,7 +72,6 @@ RenderSetup build_render(const SceneConfig& scene) {
   setup.surfaces.insert(setup.surfaces.end(), scene.surfaces.begin(), scene.surfaces.end());
   place_objects(scene, setup);
   for (const LightConfig& light : scene.lights) setup.lights.push_back(make_light(light));
-  if (setup.lights.empty()) setup.lights = default_lights();
   for (const SnowConfig& snow : scene.snow) setup.snow.push_back(snow.look);
   return setup;
 }

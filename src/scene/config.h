@@ -90,7 +90,8 @@ struct TimeConfig {
 
 struct SimulationConfig {
   std::optional<double> dx;             // m
-  std::optional<int> particles_across;  // particles across the smallest snow object, instead of dx
+  std::optional<int> particles_across;  // particles across the smallest snow object, instead of dx;
+                                        // read_scene leaves one of the two
   std::optional<double> dt;             // s; absent: automatic
   Vec3 gravity = Vec3(0, -9.81, 0);
   std::optional<Vec3> domain_min, domain_max;  // m

@@ -5,6 +5,7 @@
 #include "src/scene/emit.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "src/core/parallel.h"
@@ -17,18 +18,28 @@ constexpr double kJitter = 0.25;  // of the spacing, each way
 
 struct Lattice {
   Vec3 corner;  // m, local
-  Vec3 step;    // m; the spacing, stretched so that a whole number of steps fills the bounds
+  Vec3 step;    // m
   std::array<long, 3> count;
 };
 
-Bounds local_bounds(const Shape& shape) { return world_bounds({shape.form, Pose{}}); }
+// The axes along which a form has flat ends. There the spacing is stretched until a whole number of steps
+// fits, so that the ends are filled evenly; elsewhere it stays as asked for.
+std::array<bool, 3> fitted_axes(const Shape& shape) {
+  if (std::holds_alternative<Box>(shape.form)) return {true, true, true};
+  if (std::holds_alternative<Cylinder>(shape.form)) return {false, true, false};
+  if (std::holds_alternative<HeightField>(shape.form)) return {true, false, true};
+  return {false, false, false};
+}
 
 Lattice lattice_of(const Shape& shape, double spacing) {
-  const Bounds bounds = local_bounds(shape);
-  Lattice lattice{bounds.min, {}, {}};
+  const Bounds bounds = world_bounds({shape.form, Pose{}});
+  const std::array<bool, 3> fitted = fitted_axes(shape);
+  Lattice lattice{};
   for (int k = 0; k < 3; ++k) {
-    lattice.count[k] = std::max(1l, std::lround(bounds.size()[k] / spacing));
-    lattice.step[k] = bounds.size()[k] / lattice.count[k];
+    const double steps = bounds.size()[k] / spacing;
+    lattice.count[k] = std::max(1l, fitted[k] ? std::lround(steps) : std::lround(std::ceil(steps)));
+    lattice.step[k] = fitted[k] ? bounds.size()[k] / lattice.count[k] : spacing;
+    lattice.corner[k] = bounds.center()[k] - 0.5 * lattice.count[k] * lattice.step[k];
   }
   return lattice;
 }

@@ -101,8 +101,7 @@ std::string scene_format_markdown() {
   std::ostringstream out;
   out << kIntroduction;
   for (const TableSpec& table : schema()) {
-    const std::string title = table.name.empty() ? "Top level" : "`" + table.heading() + "`";
-    out << "\n## " << title << "\n"
+    out << "\n## " << (table.name.empty() ? "Top level" : table.heading()) << "\n"
         << table.meaning << (table.repeated ? "; any number of times" : "") << "\n\n";
     print_table_rows(out, table);
   }

@@ -69,7 +69,8 @@ std::string text(const KeySpec& key, const RawValue& raw) {
   if (!string) refuse_type(key, raw);
   const auto& choices = key.notes.choices;
   if (!choices.empty() && std::count(choices.begin(), choices.end(), *string) == 0) {
-    refuse(raw.where, "'" + key.name + "': expected " + type_text(key) + ", got '" + *string + "'" +
+    const std::string known = type_text(key).substr(key.type == ValueType::list ? 2 : 0);
+    refuse(raw.where, "'" + key.name + "': expected " + known + ", got '" + *string + "'" +
                           suggestion(*string, choices));
   }
   return *string;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Where the numbers come from: `fresh` is the default snow of Stomakhin et al. 2013 (SIGGRAPH, table of
-// parameters). The others move its parameters the way its section 6 describes (low critical compression and
-// stretch: powder that crumbles; high ones: chunky, coherent snow; high stiffness and hardening: icy), with
-// densities of the ranges in Paterson 1994, "The Physics of Glaciers", table 2.1. The amounts by which they
-// move are choices of this project.
+// Where the numbers come from: `fresh` is the default snow of Stomakhin et al. 2013, "A material point method
+// for snow simulation". The others move its parameters in the directions that its section 6 describes: low
+// critical compression and stretch make powder that crumbles, high ones coherent chunks, high stiffness and
+// hardening make it icy. How far they move, and the densities, are round numbers chosen by this project in
+// the usual range of each kind of snow.
 #include "src/scene/presets.h"
 
 #include <cassert>
@@ -31,13 +31,14 @@ const std::vector<Preset>& presets() {
   static const std::vector<Preset> all = {
       {"fresh", Material{}, "soft snow that packs and breaks", "Stomakhin et al. 2013, default parameters"},
       {"powder", snow({120, 4.8e4, 1.5e-2, 4e-3, 7}), "light, dry, crumbles at once",
-       "low limits after Stomakhin et al. 2013, section 6; new snow after Paterson 1994"},
+       "lower limits (Stomakhin et al. 2013, section 6); fresh snow has 70 to 150 kg/m^3 (AMS Glossary of "
+       "Meteorology)"},
       {"packed", snow({380, 3e5, 2.5e-2, 7.5e-3, 10}), "wind-packed or pressed, breaks into slabs",
-       "fresh, stiffer; wind-packed snow after Paterson 1994"},
+       "fresh, stiffened; chosen by this project"},
       {"wet", snow({500, 1e5, 4e-2, 1.2e-2, 8}), "heavy, sticks, holds together in chunks",
-       "high limits after Stomakhin et al. 2013, section 6; settled wet snow after Paterson 1994"},
+       "higher limits (Stomakhin et al. 2013, section 6); density chosen by this project"},
       {"ice_crust", snow({750, 1.5e6, 2e-2, 5e-3, 15}), "hard and brittle",
-       "high stiffness and hardening after Stomakhin et al. 2013, section 6; very wet snow and firn after "
+       "higher stiffness and hardening (Stomakhin et al. 2013, section 6); density chosen by this project"
        "Paterson 1994"},
   };
   return all;

@@ -2,6 +2,7 @@
 // In: a scene file, its [quick] table, --set. Out: a SceneConfig that is complete and free of contradictions.
 #include "src/scene/scene.h"
 
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -14,6 +15,8 @@
 
 namespace firn {
 namespace {
+
+constexpr int kDefaultAcross = 40;  // particles across the smallest snow object, when nothing is said
 
 template <class List>
 void name_by_number(List& list, const std::string& word) {
@@ -36,7 +39,20 @@ void resolve_file(ShapeConfig& shape, const std::filesystem::path& folder) {
   if (shape.file) shape.file = std::filesystem::absolute(folder / *shape.file).lexically_normal().string();
 }
 
+// Late afternoon: a warm sun low on the left behind the camera and a blue sky.
+std::vector<LightConfig> default_lights() {
+  LightConfig sun, sky;
+  sun.type = "sun";
+  sun.azimuth = -50;
+  sun.elevation = 24;
+  sky.type = "sky";
+  return {sun, sky};
+}
+
 void complete(SceneConfig& scene) {
+  SimulationConfig& simulation = scene.simulation;
+  if (!simulation.dx && !simulation.particles_across) simulation.particles_across = kDefaultAcross;
+  if (scene.lights.empty()) scene.lights = default_lights();
   if (scene.name.empty() && !scene.places.count("name")) scene.name = name_from_file(scene.file);
   name_by_number(scene.snow, "snow");
   name_by_number(scene.colliders, "collider");
@@ -54,9 +70,10 @@ void derive_moduli(SnowConfig& snow) {
   snow.mu = snow.lambda = std::nullopt;
 }
 
-void apply_overrides(RawTable& root, const ReadOptions& options) {
+void apply_overrides(RawTable& root, const std::string& file, const ReadOptions& options) {
   if (options.quick) {
-    if (!root.find("quick")) throw Error(ExitCode::usage, "--quick", "the scene has no [quick] table");
+    if (!root.find("quick"))
+      throw Error(ExitCode::usage, file, "the scene has no [quick] table, and so no quick size");
     apply_quick(root);
   }
   for (const SceneOverride& change : options.overrides) apply_override(root, change);
@@ -73,7 +90,7 @@ void check_quick(RawTable root, const std::string& file) {
 SceneConfig read_scene_text(const std::string& text, const std::string& file, const ReadOptions& options) {
   RawTable root = parse_toml(text, file);
   if (!options.quick && root.find("quick")) check_quick(root, file);
-  apply_overrides(root, options);
+  apply_overrides(root, file, options);
   SceneConfig scene = parse_scene(root, file);
   complete(scene);
   validate(scene);

@@ -11,9 +11,10 @@
 namespace firn {
 namespace {
 
-// The shortest text that reads back to the same number.
+// The shortest text that reads back to the same number; whole numbers without an exponent.
 template <class T>
 std::string digits(T x) {
+  if (std::abs(x) < T(1e9) && x == std::floor(x)) return std::to_string(static_cast<std::int64_t>(x));
   char buffer[40];
   const auto end = std::to_chars(buffer, buffer + sizeof(buffer), x).ptr;
   return {buffer, end};
@@ -111,7 +112,7 @@ bool applies(const TableSpec& table, const KeySpec& key, const SceneConfig& scen
 
 std::string key_path(const TableSpec& table, std::size_t index, const std::string& key) {
   std::string path = table.name;
-  if (table.repeated) path += "[" + std::to_string(index) + "]";
+  if (table.repeated) path.append("[").append(std::to_string(index)).append("]");
   if (key.empty()) return path;
   return path.empty() ? key : path + "." + key;
 }
@@ -126,7 +127,7 @@ std::string default_text(const TableSpec& table, const KeySpec& key) {
 }
 
 std::string type_text(const KeySpec& key) {
-  if (key.type == ValueType::list) return "list of " + joined(key.notes.choices);
+  if (key.type == ValueType::list) return "a list of " + joined(key.notes.choices);
   if (!key.notes.choices.empty()) return "one of " + joined(key.notes.choices);
   switch (key.type) {
     case ValueType::boolean:

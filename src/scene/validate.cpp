@@ -104,9 +104,9 @@ struct Checker {
   }
 
   void quad(const std::string& table, const LightConfig& light) const {
-    const int edges = given(table, "corner") + given(table, "edge_u") + given(table, "edge_v");
-    const int middle =
-        given(table, "center") + given(table, "width") + given(table, "height") + given(table, "direction");
+    const int edges = light.corner.has_value() + light.edge_u.has_value() + light.edge_v.has_value();
+    const int middle = light.center.has_value() + light.width.has_value() + light.height.has_value() +
+                       light.direction.has_value();
     if (!(edges == 3 && middle == 0) && !(edges == 0 && middle == 4)) {
       refuse(table, "",
              "a quad light needs corner, edge_u, edge_v (m), or else center, width, height (m), direction");
@@ -122,8 +122,8 @@ struct Checker {
     if (light.type == "sphere" && !light.center)
       refuse(table, "", "a sphere light needs 'center', 3 numbers (m)");
     if (light.type != "sun") return;
-    const int angles = given(table, "azimuth") + given(table, "elevation");
-    if (given(table, "direction") ? angles != 0 : angles != 2) {
+    const int angles = light.azimuth.has_value() + light.elevation.has_value();
+    if (light.direction ? angles != 0 : angles != 2) {
       refuse(table, "", "a sun needs direction, or else azimuth and elevation (degrees)");
     }
     if (light.direction) require_direction(*light.direction, table, "direction");

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT
+// What the simulation and the renderer are told about the ground, colliders, lights and surfaces.
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
+
+#include "src/scene/place_shape.h"
+#include "tests/catch.h"
+#include "tests/scene/read_text.h"
+#include "tests/scene/temporary_folder.h"
+
+using namespace firn;
+using firn::test::kBall;
+using firn::test::read;
+
+TEST_CASE("the ground is a level half space that is felt and seen") {
+  const SceneConfig scene =
+      read(kBall + "[ground]\nheight = 0.25\nfriction = 0.7\nsurface = \"a\"\n[[surface]]\nname = \"a\"");
+  const SimulationSetup simulation = build_simulation(scene);
+  REQUIRE(simulation.colliders.size() == 1);
+  CHECK(simulation.colliders[0].friction == 0.7);
+  CHECK(signed_distance(simulation.colliders[0].shape, Vec3(9, 1, 9)) == Approx(0.75));
+  const RenderSetup render = build_render(scene);
+  REQUIRE(render.objects.size() == 1);
+  CHECK(render.surfaces[render.objects[0].surface].name == "a");
+}
+
+TEST_CASE("a plane is solid against its normal, and a level one keeps the world's axes") {
+  const Vec3 normal(1, 2, -0.5);
+  const Shape plane = plane_shape(Vec3(1, 1, 1), normal);
+  CHECK(signed_distance(plane, Vec3(1, 1, 1) + normal) == Approx(normal.norm()));
+  CHECK((plane.pose.rotation.transpose() * plane.pose.rotation - Mat3::Identity()).norm() < 1e-12);
+  CHECK(plane.pose.rotation.determinant() == Approx(1));
+  CHECK((plane_shape(Vec3::Zero(), Vec3(0, 2, 0)).pose.rotation - Mat3::Identity()).norm() < 1e-12);
+  CHECK(plane_shape(Vec3::Zero(), Vec3(3, 0, 0)).pose.rotation.determinant() == Approx(1));
+}
+
+TEST_CASE("a rotation turns about x, then y, then z") {
+  CHECK((rotation_matrix(Vec3(90, 0, 0)) * Vec3(0, 1, 0) - Vec3(0, 0, 1)).norm() < 1e-12);
+  CHECK((rotation_matrix(Vec3(90, 90, 0)) * Vec3(0, 1, 0) - Vec3(1, 0, 0)).norm() < 1e-12);
+  CHECK((rotation_matrix(Vec3(90, 90, 90)) * Vec3(0, 1, 0) - Vec3(0, 1, 0)).norm() < 1e-12);
+}
+
+TEST_CASE("invisible colliders are felt and not seen, objects are seen and not felt") {
+  const SceneConfig scene =
+      read(kBall +
+           "[[collider]]\nshape = \"ball\"\ncenter = [0, -3, 0]\nradius = 1\nvisible = false\n"
+           "[[object]]\nshape = \"box\"\ncenter = [0, 0.5, 0]\nsize = [1, 1, 1]\n");
+  CHECK(build_simulation(scene).colliders.size() == 1);
+  REQUIRE(build_render(scene).objects.size() == 1);
+  CHECK(std::holds_alternative<Box>(build_render(scene).objects[0].shape.form));
+}
+
+TEST_CASE("a domain is a box about the middle of its corners") {
+  const SimulationSetup setup = build_simulation(
+      read(kBall +
+           "[simulation]\ndomain_min = [-1, -2, -1]\ndomain_max = [1, 2, 1]\ndomain_rotation = [0, 0, 90]"));
+  REQUIRE(setup.domain);
+  CHECK(signed_distance(*setup.domain, Vec3(1.9, 0, 0)) == Approx(-0.1));
+  CHECK(signed_distance(*setup.domain, Vec3(0, 1.5, 0)) == Approx(0.5));
+}
+
+TEST_CASE("a quad light shines along its direction or along edge_u x edge_v") {
+  const SceneConfig scene = read(kBall +
+                                 "[[light]]\ntype = \"quad\"\ncenter = [0, 3, 0]\nwidth = 2\nheight = 1\n"
+                                 "direction = [0.3, -2, 0.1]\nradiance = 3\n");
+  const QuadLight quad = std::get<QuadLight>(build_render(scene).lights[0]);
+  const Vec3 normal = quad.edge_u.cross(quad.edge_v);
+  CHECK(normal.norm() == Approx(2));
+  CHECK(normal.normalized().dot(Vec3(0.3, -2, 0.1).normalized()) == Approx(1));
+  CHECK((quad.corner + 0.5 * (quad.edge_u + quad.edge_v) - Vec3(0, 3, 0)).norm() < 1e-12);
+}
+
+TEST_CASE("a sun's azimuth goes from +Z to +X and its elevation upwards") {
+  const auto direction = [](const std::string& keys) {
+    const RenderSetup setup = build_render(read(kBall + "[[light]]\ntype = \"sun\"\n" + keys));
+    return std::get<SunLight>(setup.lights[0]).direction;
+  };
+  CHECK((direction("azimuth = 0\nelevation = 0") - Vec3(0, 0, 1)).norm() < 1e-12);
+  CHECK((direction("azimuth = 90\nelevation = 0") - Vec3(1, 0, 0)).norm() < 1e-12);
+  CHECK((direction("azimuth = 90\nelevation = 30") - Vec3(std::sqrt(0.75), 0.5, 0)).norm() < 1e-12);
+  CHECK((direction("direction = [0, 5, 0]") - Vec3(0, 1, 0)).norm() < 1e-12);
+}
+
+TEST_CASE("the grid spacing follows from the particles across the smallest snow") {
+  const std::string two = kBall + "[[snow]]\nshape = \"box\"\ncenter = [3, 0, 0]\nsize = [1, 0.05, 1]\n";
+  CHECK(grid_spacing(read(two + "[simulation]\nparticles_across = 5")) == Approx(0.02));
+  CHECK(grid_spacing(read(kBall + "[simulation]\nparticles_across = 20")) == Approx(0.02));
+  CHECK(grid_spacing(read(kBall + "[simulation]\ndx = 0.03")) == 0.03);
+}
+
+TEST_CASE("files are found beside the scene file and a resolved scene finds them from anywhere") {
+  const test::TemporaryFolder folder;
+  folder.write("tetra.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  folder.write("hill.pgm", "P2 2 2 255 255 255 255 255");
+  const std::string path =
+      folder.write("s.toml",
+                   "[[snow]]\nshape = \"mesh\"\nfile = \"tetra.obj\"\nscale = 2\noffset = [0, 3, "
+                   "0]\n[simulation]\ndx = 0.2\n"
+                   "[[collider]]\nshape = \"height_field\"\nfile = \"hill.pgm\"\nextent = [4, 1, 4]\n");
+  const SimulationSetup setup = build_simulation(read_scene(path, {}));
+  CHECK(setup.snow[0].particle_volume * static_cast<double>(setup.snow[0].position.size()) ==
+        Approx(8.0 / 6));
+  CHECK(signed_distance(setup.colliders[0].shape, Vec3(0, 2, 0)) == Approx(1));
+  CHECK(signed_distance(setup.colliders[0].shape, Vec3(0, 0.2, 0)) == Approx(-0.2));
+  const SceneConfig again = read(resolved_toml(read_scene(path, {})));
+  CHECK(build_simulation(again).snow[0].position == setup.snow[0].position);
+  CHECK(build_render(again).objects.size() == 1);
+}

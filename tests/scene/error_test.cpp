@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: MIT
+// Every mistake in a scene ends in one line that says where and what.
+#include "tests/catch.h"
+#include "tests/scene/read_text.h"
+#include "tests/scene/refuses.h"
+#include "tests/scene/temporary_folder.h"
+
+using namespace firn;
+using firn::test::kBall;
+
+namespace {
+
+struct Mistake {
+  std::string text;
+  std::string line;  // the whole message
+};
+
+void check_all(const std::vector<Mistake>& mistakes) {
+  for (const Mistake& mistake : mistakes) {
+    const test::Refusal refusal = test::refusal([&] { build_simulation(test::read(mistake.text)); });
+    INFO(mistake.text);
+    CHECK(refusal.line == mistake.line);
+    CHECK(refusal.code == ExitCode::usage);
+  }
+}
+
+std::string ball_with(const std::string& old_text, const std::string& new_text) {
+  std::string text = kBall;
+  return text.replace(text.find(old_text), old_text.size(), new_text);
+}
+
+}  // namespace
+
+TEST_CASE("an unknown key or table is named where it stands, with the nearest known one") {
+  check_all({
+      {kBall + "raduis = 3", "scene.toml:5:1: unknown key 'raduis' in [[snow]], did you mean 'radius'?"},
+      {kBall + "  zzzzzz = 3", "scene.toml:5:3: unknown key 'zzzzzz' in [[snow]]"},
+      {"nmae = \"a\"\n" + kBall, "scene.toml:1:1: unknown key 'nmae', did you mean 'name'?"},
+      {kBall + "[camara]\nfov = 3", "scene.toml:5:2: unknown table 'camara', did you mean 'camera'?"},
+      {kBall + "[quick.image]\nwidht = 3",
+       "scene.toml:6:1: unknown key 'widht' in [image], did you mean 'width'?"},
+      {kBall + "[quick.snow.left]\nradius = 3",
+       "scene.toml:6:1: no [[snow]] is named 'left'; there are: snow0"},
+  });
+}
+
+TEST_CASE("a value of the wrong type is told from the expected one with its unit") {
+  check_all({
+      {ball_with("0.1", "\"wide\""), "scene.toml:4:10: 'radius': expected a number in metres, got a string"},
+      {ball_with("[0.0, 0.5, 0.0]", "[1, 2]"),
+       "scene.toml:3:10: 'center': expected 3 numbers (m), got an array of 2"},
+      {ball_with("0.5, 0.0]", "true, 0.0]"),
+       "scene.toml:3:16: 'center': expected 3 numbers (m), got true or false among them"},
+      {kBall + "density = [400]",
+       "scene.toml:5:11: 'density': expected a number in kg/m^3, got an array of 1"},
+      {kBall + "plasticity = 1", "scene.toml:5:14: 'plasticity': expected true or false, got a whole number"},
+      {kBall + "preset = 3",
+       "scene.toml:5:10: 'preset': expected one of fresh, powder, packed, wet, ice_crust, got a whole "
+       "number"},
+      {kBall + "[image]\nsamples = 1.5", "scene.toml:6:11: 'samples': expected a whole number, got a number"},
+      {kBall + "[simulation]\ndt = \"auot\"",
+       "scene.toml:6:6: 'dt': expected a number in seconds, got a string"},
+      {kBall + "[time]\nfps = 1979-05-27",
+       "scene.toml:6:7: 'fps': expected a number in 1/s, got a date or time"},
+      {kBall + "[output]\nformats = [\"png\", \"pgf\"]",
+       "scene.toml:6:19: 'formats': expected list of png, ppm, pfm, got 'pgf', did you mean 'png'?"},
+      {kBall + "preset = \"freshh\"",
+       "scene.toml:5:10: 'preset': expected one of fresh, powder, packed, wet, ice_crust, got 'freshh', did "
+       "you mean "
+       "'fresh'?"},
+  });
+}
+
+TEST_CASE("a table is written the way that its number of records asks for") {
+  check_all({
+      {"[snow]\nradius = 1",
+       "scene.toml:1:2: there may be several of these: write [[snow]], in two brackets"},
+      {kBall + "[[camera]]\nfov = 3", "scene.toml:5:3: 'camera' is a table: write [camera]"},
+      {"camera = 3\n" + kBall, "scene.toml:1:1: 'camera' is a table: write [camera]"},
+      {"snow = [3]", "scene.toml:1:9: 'snow' is a list of tables: write [[snow]]"},
+  });
+}
+
+TEST_CASE("a value out of range is told the range") {
+  check_all({
+      {ball_with("0.1", "0"), "scene.toml:4:10: 'radius' is 0.0, out of range: it must be above 0 m"},
+      {ball_with("0.1", "-2.5"), "scene.toml:4:10: 'radius' is -2.5, out of range: it must be above 0 m"},
+      {kBall + "poisson_ratio = 0.5",
+       "scene.toml:5:17: 'poisson_ratio' is 0.5, out of range: it must be 0 to below 0.5"},
+      {kBall + "poisson_ratio = -0.1",
+       "scene.toml:5:17: 'poisson_ratio' is -0.1, out of range: it must be 0 to below 0.5"},
+      {kBall + "jp_min = 1.5", "scene.toml:5:10: 'jp_min' is 1.5, out of range: it must be above 0 to 1"},
+      {kBall + "model = \"neo_hookean\"\nsigma_max = 0.9",
+       "scene.toml:6:13: 'sigma_max' is 0.9, out of range: it must be at least 1"},
+      {kBall + "[time]\nframes = 0", "scene.toml:6:10: 'frames' is 0, out of range: it must be 1 to 1000000"},
+      {kBall + "[image]\nsamples = 0",
+       "scene.toml:6:11: 'samples' is 0, out of range: it must be 1 to 1000000"},
+      {kBall + "young_modulus = inf", "scene.toml:5:17: 'young_modulus' is not a finite number"},
+  });
+}
+
+TEST_CASE("a table that lacks a key says which, with its unit") {
+  check_all({
+      {"\n[[snow]]\nname = \"left\"\nshape = \"ball\"\ncenter = [0, 0, 0]",
+       "scene.toml:2:1: [[snow]] 'left' lacks 'radius', a number in metres: of the ball, of the cylinder, of "
+       "one flake"},
+      {"[[snow]]\nradius = 1",
+       "scene.toml:1:1: [[snow]] lacks 'shape', one of ball, box, cylinder, height_field, mesh, flakes: what "
+       "it is "
+       "shaped like"},
+      {kBall + "[[light]]\ntype = \"sphere\"\nradius = 1\nradiance = 3",
+       "scene.toml:5:1: a sphere light needs 'center', 3 numbers (m)"},
+  });
+}
+
+TEST_CASE("a key of another shape, type or model is refused instead of ignored") {
+  check_all({
+      {kBall + "size = [1, 1, 1]",
+       "scene.toml:5:1: 'size' belongs to shape = box or flakes, but this one has shape = ball"},
+      {kBall + "sigma_min = 0.9",
+       "scene.toml:5:1: 'sigma_min' belongs to model = neo_hookean, but this one has model = snow"},
+      {kBall + "[[light]]\ntype = \"sky\"\nradiance = 3",
+       "scene.toml:7:1: 'radiance' belongs to type = quad or sphere or constant, but this one has type = "
+       "sky"},
+  });
+}
+
+TEST_CASE("contradictions are refused at the key that makes them") {
+  const std::string grid = "[simulation]\ndx = 0.02\n";  // lines 5 and 6
+  check_all({
+      {kBall + grid + "particles_across = 30",
+       "scene.toml:7:1: both dx and particles_across are given: one follows from the other"},
+      {kBall + grid + "domain_min = [0, 0, 0]",
+       "scene.toml:7:1: domain_min and domain_max are given together or not at all"},
+      {kBall + grid + "domain_min = [0, 0, 0]\ndomain_max = [1, 0, 1]",
+       "scene.toml:8:1: domain_max is not above domain_min in every axis"},
+      {kBall + grid + "domain_min = [1, 0, 0]\ndomain_max = [2, 1, 1]",
+       "scene.toml:3:1: snow 'snow0' starts outside the domain box"},
+      {kBall + "mu = 1e5", "scene.toml:5:1: mu and lambda are given together or not at all"},
+      {kBall + "mu = 1e5\nlambda = 1e5\nyoung_modulus = 1e5",
+       "scene.toml:7:1: both young_modulus and mu, lambda are given: one follows from the other"},
+      {kBall + "[camera]\nposition = [1, 1, 1]\ntarget = [1, 1, 1]",
+       "scene.toml:7:1: the camera's position and target are the same point"},
+      {kBall + "[camera]\nposition = [0, 2, 0]\ntarget = [0, 1, 0]",
+       "scene.toml:5:1: the camera's up direction is the direction that it looks in"},
+      {kBall + "[ground]\nsurface = \"feild\"\n[[surface]]\nname = \"field\"",
+       "scene.toml:6:1: no [[surface]] is named 'feild', did you mean 'field'?"},
+      {kBall + "[[surface]]\nname = \"a\"\n[[surface]]\nname = \"a\"",
+       "scene.toml:8:1: two [[surface]] are named 'a'"},
+      {kBall + "name = \"snow1\"\n[[snow]]\nshape = \"ball\"\ncenter = [1, 1, 1]\nradius = 1",
+       "scene.toml:6:1: two [[snow]] are named 'snow1'"},
+      {"name = \"a/b\"\n" + kBall, "scene.toml:1:1: 'a/b' cannot be a name: use letters, digits, _ and -"},
+      {kBall + "[[collider]]\nshape = \"plane\"\npoint = [0, 0, 0]\nnormal = [0, 0, 0]",
+       "scene.toml:8:1: 'normal' is zero and points nowhere"},
+      {kBall + "[[light]]\ntype = \"quad\"\ncorner = [0, 0, 0]\nradiance = 3",
+       "scene.toml:5:1: a quad light needs corner, edge_u, edge_v (m), or else center, width, height (m), "
+       "direction"},
+      {kBall + "[[light]]\ntype = \"sun\"\nazimuth = 3",
+       "scene.toml:5:1: a sun needs direction, or else azimuth and elevation (degrees)"},
+  });
+}
+
+TEST_CASE("a scene without snow, or with snow that no particle fits into, is empty snow") {
+  check_all({
+      {"name = \"a\"", "scene.toml:1:1: empty snow: the scene has no [[snow]]"},
+      {"[[snow]]\nshape = \"height_field\"\nfile = \"" FIRN_SOURCE_ROOT
+       "/tests/scene/flat.asc\"\nextent = [1, 1, 1]\nbase = 2\n[simulation]\ndx = 0.1",
+       "scene.toml:1:1: empty snow: no particle fits into 'snow0'; its shape is smaller than the particle "
+       "spacing"},
+  });
+}
+
+TEST_CASE("snow that starts inside other snow or a solid is refused, naming both, unless it is allowed") {
+  const std::string ground = "[ground]\nheight = 0.5\n";
+  const std::string other =
+      "[[snow]]\nname = \"b\"\nshape = \"box\"\ncenter = [0, 0.5, 0]\nsize = [0.1, 0.1, 0.1]\n";
+  const std::string stone =
+      "[[collider]]\nname = \"stone\"\nshape = \"ball\"\ncenter = [0, 0.5, 0]\nradius = 0.05\n";
+  CHECK_REFUSES(build_simulation(test::read(kBall + ground)),
+                "scene.toml:3:1: snow 'snow0' starts inside the ground (");
+  CHECK_REFUSES(build_simulation(test::read(kBall + other)),
+                "scene.toml:8:1: snow 'b' starts inside snow 'snow0' (");
+  CHECK_REFUSES(build_simulation(test::read(kBall + stone)),
+                "scene.toml:3:1: snow 'snow0' starts inside collider 'stone' (");
+  const std::string allow = "allow_overlap = true\n";
+  CHECK_NOTHROW(build_simulation(test::read(kBall + allow + ground + other + allow + stone)));
+}
+
+TEST_CASE("snow that only touches other snow and the ground is no overlap") {
+  CHECK_NOTHROW(
+      build_simulation(test::read("[[snow]]\nshape = \"box\"\ncenter = [0, 0.1, 0]\nsize = [0.4, 0.2, 0.4]\n"
+                                  "[[snow]]\nshape = \"box\"\ncenter = [0, 0.3, 0]\nsize = [0.4, 0.2, "
+                                  "0.4]\n[ground]\n[simulation]\ndx = 0.02")));
+}
+
+TEST_CASE("a fixed time step above the stable bound needs force") {
+  const std::string text = kBall + "[simulation]\ndx = 0.01\ndt = 0.001";
+  CHECK_REFUSES(build_simulation(test::read(text)),
+                "scene.toml:7:1: dt = 0.001 s is above the stable bound 0.000203 s");
+  CHECK(*build_simulation(test::read(text), true).fixed_dt == 0.001);
+  CHECK(*build_simulation(test::read(kBall + "[simulation]\ndx = 0.01\ndt = 2e-4")).fixed_dt == 2e-4);
+  CHECK_FALSE(build_simulation(test::read(kBall + "[simulation]\ndt = \"auto\"")).fixed_dt.has_value());
+}
+
+TEST_CASE("missing and damaged files are named together with the place that asks for them") {
+  const test::TemporaryFolder folder;
+  const std::string mesh = "[[snow]]\nshape = \"mesh\"\nfile = \"bunny.obj\"\n";
+  const test::Refusal missing = test::refusal([&] { read_scene(folder.write("a.toml", mesh), {}); });
+  CHECK(missing.line == folder.path("a.toml") + ":3:1: no such file: " + folder.path("bunny.obj"));
+  CHECK(missing.code == ExitCode::io);
+  folder.write("bunny.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  CHECK_REFUSES(build_simulation(read_scene(folder.path("a.toml"), {})),
+                "a.toml:3:1: " + folder.path("bunny.obj") + ": the mesh is not closed");
+  const test::Refusal none = test::refusal([&] { read_scene(folder.path("none.toml"), {}); });
+  CHECK(none.line == folder.path("none.toml") + ": cannot read this scene file");
+  CHECK(none.code == ExitCode::io);
+}
+
+TEST_CASE("a syntax error is placed") {
+  CHECK_REFUSES(test::read("[camera]\nfov = = 3"), "scene.toml:2:7: ");
+  CHECK_REFUSES(test::read(kBall + "[time]\n[time]\n"), "scene.toml:6:1: ");
+}
