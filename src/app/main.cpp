@@ -37,8 +37,9 @@ ExitCode execute(int count, char** words) {
   throw Error(ExitCode::usage, "", "no command given");
 }
 
-ExitCode complain(ExitCode code, const std::string& what) {
-  std::fprintf(stderr, "firn: %s\n", what.c_str());
+// "scene.toml:12:3: what is wrong" as editors like it; "firn: what is wrong" where there is no place to name.
+ExitCode complain(ExitCode code, const std::string& what, const std::string& where = "") {
+  std::fprintf(stderr, "%s%s\n", where.empty() ? "firn: " : "", what.c_str());
   return code;
 }
 
@@ -46,7 +47,7 @@ ExitCode guarded(int count, char** words) {
   try {
     return execute(count, words);
   } catch (const Error& error) {
-    return complain(error.code(), error.what());
+    return complain(error.code(), error.what(), error.where());
   } catch (const std::bad_alloc&) {
     return complain(ExitCode::failed, "out of memory; 'firn check SCENE' prints what a scene needs");
   } catch (const std::exception& error) {

@@ -39,8 +39,9 @@ std::vector<fs::path> make_folders(const fs::path& path) {
     std::error_code error;
     if (fs::create_directory(p, error)) made.push_back(p);
     if (error) {
+      const std::string reason = error.message();
       for (auto it = made.rbegin(); it != made.rend(); ++it) fs::remove(*it, error);
-      fail(path, std::strerror(errno));
+      fail(path, reason);
     }
   }
   return made;

@@ -1,0 +1,307 @@
+# SPDX-License-Identifier: MIT
+"""The built program from end to end, as a person or a script uses it: what it writes, which exit code it ends with, that
+an interrupted run goes on as if nothing had happened, and that the same scene gives the same bits however it is run.
+
+usage: test_program.py FIRN [TEST...]"""
+import json
+import os
+import re
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+FIRN = sys.argv[1] if len(sys.argv) > 1 else "build/firn"
+PATIENCE = float(os.environ.get("FIRN_TEST_PATIENCE", "1"))  # longer for builds with sanitizers
+
+SCENE = """
+name = "tiny"
+[camera]
+position = [0.0, 0.3, 1.0]
+target = [0.0, 0.15, 0.0]
+[image]
+width = 48
+height = 32
+samples = 2
+[time]
+frames = 6
+fps = 24.0
+speed = 0.5
+[simulation]
+particles_across = 12
+seed = 3
+[[snow]]
+name = "ball"
+shape = "ball"
+center = [0.0, 0.12, 0.0]
+radius = 0.1
+velocity = [0.0, -2.0, 0.0]
+preset = "fresh"
+[ground]
+friction = 0.5
+[[light]]
+type = "sky"
+zenith = [0.2, 0.3, 0.5]
+horizon = [0.5, 0.5, 0.6]
+ground = [0.2, 0.2, 0.2]
+[output]
+checkpoint_every = 2
+"""
+# Some tenths of a second a frame: long enough to be interrupted in one.
+LARGER = ["--set", "image.samples=24", "--set", "image.width=320", "--set", "image.height=240"]
+
+
+class ProgramTest(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory(prefix="firn-test-")
+        self.addCleanup(self.folder.cleanup)
+        self.here = Path(self.folder.name)
+        self.scene = self.write("tiny.toml", SCENE)
+
+    def write(self, name, text):
+        (self.here / name).write_text(text)
+        return name
+
+    def firn(self, *words, code=0, limit=None):
+        done = subprocess.run([FIRN, *words], cwd=self.here, capture_output=True, text=True, timeout=120, preexec_fn=limit)
+        self.assertEqual(done.returncode, code, f"firn {' '.join(words)}\n{done.stdout}{done.stderr}")
+        return done
+
+    def manifest(self, run):
+        return json.loads((self.here / run / "run.json").read_text())
+
+    def hashes(self, run):
+        """Everything that must not change: the bits of snow and light and of the files of every frame."""
+        frames = self.manifest(run)["frames"]
+        return [(f["frame"], f["particles_hash"], f["film_hash"], f["files"]) for f in frames]
+
+    def names(self, folder):
+        return sorted(path.name for path in (self.here / folder).iterdir())
+
+
+class Runs(ProgramTest):
+    def test_a_run_leaves_frames_movie_manifest_metrics_scene_log_and_trace(self):
+        done = self.firn("run", self.scene)
+        self.assertEqual(done.stdout, "out/tiny\n")
+        self.assertIn("particle-steps", done.stderr)
+        run = self.here / "out/tiny"
+        self.assertEqual(self.names("out/tiny/frames"), [f"{k:04}.png" for k in range(6)])
+        self.assertTrue((run / "movie.webp").exists() or (run / "movie.mp4").exists())
+        manifest = self.manifest("out/tiny")
+        self.assertEqual(manifest["status"], "complete")
+        self.assertEqual(manifest["seed"], 3)
+        self.assertAlmostEqual(manifest["frames"][5]["metrics"]["time_s"], 5 * 0.5 / 24, 12)
+        self.assertEqual(len((run / "metrics.csv").read_text().splitlines()), 7)
+        self.assertIn("firn", (run / "log.txt").read_text())
+        events = json.loads((run / "trace.json").read_text())["traceEvents"]
+        self.assertEqual(sum(event["ph"] == "X" for event in events), 18)
+
+    def test_a_run_repeated_from_its_resolved_scene_gives_the_same_bits(self):
+        self.firn("run", self.scene, "--out", "a", "--set", "snow.ball.radius=0.09", "--seed", "11")
+        self.firn("run", "a/scene.resolved.toml", "--out", "b")
+        self.assertEqual(self.manifest("b")["seed"], 11)
+        self.assertEqual(self.hashes("a"), self.hashes("b"))
+
+    def test_each_run_takes_a_folder_of_its_own(self):
+        for expected in ("out/tiny", "out/tiny-2", "out/tiny-3"):
+            self.assertEqual(self.firn("simulate", self.scene, "--quiet").stdout.strip(), expected)
+
+    def test_quiet_says_nothing(self):
+        self.assertEqual(self.firn("run", self.scene, "--quiet").stderr, "")
+
+    def test_simulate_then_render_gives_the_pictures_of_run(self):
+        self.firn("run", self.scene, "--out", "a")
+        self.firn("simulate", self.scene, "--out", "b")
+        self.assertEqual(self.names("b/frames"), [])
+        self.firn("render", "b", "--frames", "2-3")
+        self.assertEqual(self.names("b/frames"), ["0002.png", "0003.png"])
+        self.firn("render", "b")
+        self.firn("render", "b", "--out", "c", "--set", "image.samples=1")
+        for frame in range(6):
+            name = f"frames/{frame:04}.png"
+            self.assertEqual((self.here / "a" / name).read_bytes(), (self.here / "b" / name).read_bytes())
+            self.assertNotEqual((self.here / "a" / name).read_bytes(), (self.here / "c" / name).read_bytes())
+
+    def test_render_of_a_scene_shows_its_initial_state_or_the_frames_asked_for(self):
+        self.firn("run", self.scene, "--out", "a")
+        self.firn("render", self.scene, "--out", "b")
+        self.firn("render", self.scene, "--out", "c", "--frames", "3-4")
+        self.assertEqual(self.hashes("b"), self.hashes("a")[:1])
+        self.assertEqual(self.hashes("c"), self.hashes("a")[3:5])
+
+    def test_check_prints_what_a_scene_costs_and_writes_nothing(self):
+        text = self.firn("check", self.scene).stdout
+        for word in ("particles", "grid", "blocks", "time step", "limited by", "steps a frame", "memory"):
+            self.assertIn(word, text)
+        self.assertEqual(self.names("."), ["tiny.toml"])
+
+    def test_info_version_and_params_print_on_stdout(self):
+        self.assertIn("x86-64", self.firn("info").stdout)
+        self.assertRegex(self.firn("--version").stdout, r"^firn \d+\.\d+\.\d+ ")
+        self.assertIn("young_modulus", self.firn("params", "snow").stdout)
+        self.assertNotIn("young_modulus", self.firn("params", "camera").stdout)
+
+
+class Refusals(ProgramTest):
+    def refused(self, code, *words):
+        """The one line of the refusal; nothing may be left behind."""
+        before = self.names(".")
+        done = self.firn(*words, code=code)
+        self.assertEqual(self.names("."), before)
+        self.assertEqual(done.stdout, "")
+        self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
+        return done.stderr
+
+    def test_a_typo_in_a_scene_names_its_place_and_what_was_meant(self):
+        self.write("typo.toml", SCENE.replace("radius", "radiu"))
+        self.assertRegex(self.refused(2, "run", "typo.toml"), r"^typo\.toml:\d+:\d+: .*radius")
+
+    def test_scene_errors_found_late_leave_no_folder(self):
+        self.write("tiny_ball.toml", SCENE.replace("radius = 0.1", "radius = 0.0"))
+        self.refused(2, "run", "tiny_ball.toml")
+        self.write("mesh.toml", re.sub(r'shape = "ball"\n.*\n.*\n', 'shape = "mesh"\nfile = "none.obj"\n', SCENE))
+        self.assertIn("none.obj", self.refused(4, "run", "mesh.toml"))
+
+    def test_wrong_words_on_the_command_line_are_usage_errors(self):
+        self.refused(2, "run", self.scene, "--fames", "0-1")
+        self.refused(2, "run", self.scene, "--frames", "4-2")
+        self.refused(2, "run", self.scene, "--frames", "2-9")
+        self.refused(2, "run", self.scene, "--set", "image.width")
+        self.refused(2, "run", self.scene, "--threads", "0")
+        self.refused(2, "run", self.scene, "--isa", "x86-64-v9")
+        self.refused(2, "jog", self.scene)
+        self.refused(2, "run")
+
+    def test_a_missing_scene_is_a_file_error(self):
+        self.assertIn("none.toml", self.refused(4, "run", "none.toml"))
+
+    def test_a_folder_that_holds_a_run_is_refused_and_overwritten_only_when_asked(self):
+        self.firn("run", self.scene, "--out", "a")
+        refusal = self.refused(2, "run", self.scene, "--out", "a")
+        self.assertIn("firn resume a", refusal)
+        self.assertIn("--overwrite", refusal)
+        self.firn("run", self.scene, "--out", "a", "--overwrite", "--frames", "0-1")
+        self.assertEqual(self.names("a/frames"), ["0000.png", "0001.png"])
+
+    def test_a_folder_that_cannot_be_written_is_a_file_error(self):
+        self.write("file", "")
+        self.assertIn("file/out", self.refused(4, "run", self.scene, "--out", "file/out"))
+
+    def test_resume_and_render_want_a_run(self):
+        self.refused(4, "resume", "nothing")
+        self.firn("run", self.scene, "--out", "a")
+        self.assertIn("particles", self.refused(2, "render", "a"))
+
+    def test_a_full_disk_ends_the_run_with_a_file_error_and_keeps_what_was_finished(self):
+        small = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000))
+        done = self.firn("run", self.scene, "--out", "a", "--set", "output.formats=['png','pfm']", "--set",
+                         "image.width=100", "--set", "image.height=100", code=4, limit=small)
+        self.assertIn("0000.pfm", done.stderr)
+        self.assertEqual(self.manifest("a")["status"], "failed")
+        self.assertFalse([name for name in self.names("a/frames") if name.endswith(".part")])
+
+    def test_an_unstable_simulation_keeps_the_good_frames_and_exits_with_3(self):
+        self.write("wild.toml", SCENE.replace("seed = 3", "seed = 3\ndt = 8e-3"))
+        done = self.firn("run", "wild.toml", "--out", "a", "--force", code=3)
+        self.assertRegex(done.stderr, r"step \d+")
+        manifest = self.manifest("a")
+        self.assertEqual(manifest["status"], "failed")
+        self.assertEqual(self.names("a/frames"), [f"{f['frame']:04}.png" for f in manifest["frames"]])
+        self.assertTrue(manifest["frames"])
+
+
+class Interruptions(ProgramTest):
+    def interrupt(self, run, frames, kind=signal.SIGINT):
+        """Interrupts the starting run once it has `frames` pictures; returns how long it took to end."""
+        last = self.here / run / "frames" / f"{frames - 1:04}.png"
+        words = [FIRN, "run", self.scene, "--out", run, *LARGER]
+        pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
+        with subprocess.Popen(words, cwd=self.here, **pipes) as process:
+            while not last.exists() and process.poll() is None:
+                time.sleep(0.002)
+            begin = time.monotonic()
+            process.send_signal(kind)
+            said = process.communicate(timeout=60)[1]
+            self.assertEqual(process.returncode, 130, said)
+            self.assertIn(f"firn resume {run}", said)
+            return time.monotonic() - begin
+
+    def whole(self):
+        self.firn("run", self.scene, "--out", "whole", *LARGER)
+        return self.hashes("whole")
+
+    def test_an_interrupted_run_ends_at_once_and_resumes_to_the_same_bits(self):
+        whole = self.whole()
+        for frames, kind in ((1, signal.SIGINT), (3, signal.SIGTERM)):
+            run = f"stopped{frames}"
+            self.assertLess(self.interrupt(run, frames, kind), 2 * PATIENCE)
+            manifest = self.manifest(run)
+            self.assertEqual(manifest["status"], "interrupted")
+            kept = self.hashes(run)
+            self.assertGreaterEqual(len(kept), frames)
+            self.assertLess(len(kept), 6)
+            self.assertEqual(kept, whole[:len(kept)])
+            before = (self.here / run / "frames/0000.png").stat().st_mtime_ns
+            self.firn("resume", run)
+            self.assertEqual(self.hashes(run), whole)
+            self.assertEqual(self.manifest(run)["status"], "complete")
+            self.assertEqual((self.here / run / "frames/0000.png").stat().st_mtime_ns, before)
+            rows = (self.here / run / "metrics.csv").read_text()
+            self.assertEqual(rows, (self.here / "whole/metrics.csv").read_text())
+
+    def test_a_killed_run_resumes_to_the_same_bits(self):
+        whole = self.whole()
+        words = [FIRN, "run", self.scene, "--out", "killed", "--quiet", *LARGER]
+        with subprocess.Popen(words, cwd=self.here) as process:
+            while not (self.here / "killed/frames/0003.png").exists() and process.poll() is None:
+                time.sleep(0.002)
+            process.kill()
+        self.assertEqual(self.manifest("killed")["status"], "running")
+        self.firn("resume", "killed")
+        self.assertEqual(self.hashes("killed"), whole)
+
+    def test_a_lost_checkpoint_costs_time_but_no_bits(self):
+        whole = self.whole()
+        self.interrupt("stopped", 2)
+        (self.here / "stopped/checkpoints/latest.checkpoint").unlink()
+        self.firn("resume", "stopped")
+        self.assertEqual(self.hashes("stopped"), whole)
+
+    def test_a_complete_run_has_nothing_to_resume(self):
+        self.firn("run", self.scene, "--out", "a")
+        before = self.hashes("a")
+        self.assertIn("complete", self.firn("resume", "a").stderr)
+        self.assertEqual(self.hashes("a"), before)
+
+
+class SameBits(ProgramTest):
+    def test_threads_instruction_sets_and_overlap_do_not_change_a_bit(self):
+        offered = re.search(r"instruction sets\s+(.*?) \(", self.firn("info").stdout).group(1).split(", ")
+        reference = None
+        for isa in [name for name in offered if name != "base"] or ["base"]:
+            for threads in ("1", "2", "4"):
+                for overlap in ([], ["--no-overlap"]):
+                    run = "-".join([isa, threads, *overlap])
+                    self.firn("run", self.scene, "--out", run, "--isa", isa, "--threads", threads, *overlap)
+                    self.assertEqual(self.manifest(run)["isa"], isa)
+                    reference = reference or self.hashes(run)
+                    self.assertEqual(self.hashes(run), reference, run)
+
+    def test_base_repeats_its_own_bits_and_a_seed_changes_them(self):
+        self.firn("run", self.scene, "--out", "a", "--isa", "base")
+        self.firn("run", self.scene, "--out", "b", "--isa", "base", "--threads", "1")
+        self.firn("run", self.scene, "--out", "c", "--isa", "base", "--seed", "4")
+        self.assertEqual(self.hashes("a"), self.hashes("b"))
+        self.assertNotEqual(self.hashes("a")[0], self.hashes("c")[0])
+
+
+if __name__ == "__main__":
+    FIRN = str(Path(FIRN).resolve())
+    program = unittest.main(argv=[sys.argv[0], *sys.argv[2:]], exit=False, verbosity=2)
+    failed = len(program.result.failures) + len(program.result.errors)
+    print(f"{program.result.testsRun - failed} passed, {failed} failed")
+    sys.exit(1 if failed or not program.result.testsRun else 0)
