@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "src/render/directions.h"
+#include "src/render/grain.h"
 
 namespace firn {
 namespace {
@@ -99,15 +100,17 @@ TilePaths::Vertex TilePaths::snow_vertex(std::size_t ray) const {
   const std::uint32_t ball = rays_.hit(ray);
   const Vec3f p = rays_.at_hit(ray), d = rays_.direction(ray);
   const Vec3f ball_normal = (p - view_.grid.center(ball)) / view_.grid.radius(ball);
-  Vec3f normal = view_.snow.normal(p, ball_normal);
+  const std::uint32_t particle = view_.grid.snapshot_index(ball);
+  const auto spacing = static_cast<float>(view_.grid.spacing());
+  const Vec3f grains = grain_slope((p - view_.grid.center(ball)) / spacing, view_.snapshot.id[particle]);
+  Vec3f normal = (view_.snow.normal(p, ball_normal) + grains).normalized();
   const float facing = normal.dot(d);
   // A smooth normal that looks away from the viewer is turned until it sees him edge on.
   if (facing > -0.02f) normal = (normal - (facing + 0.02f) * d).normalized();
   const auto& looks = view_.setup.snow;
-  const std::size_t object = view_.snapshot.object[view_.grid.snapshot_index(ball)];
+  const std::size_t object = view_.snapshot.object[particle];
   const Vec3f albedo = looks.empty() ? SnowLook{}.albedo : looks[std::min(object, looks.size() - 1)].albedo;
-  const float lift = kSnowLift * static_cast<float>(view_.grid.spacing());
-  return {p + lift * normal, normal, albedo, SurfaceKind::diffuse};
+  return {p + kSnowLift * spacing * normal, normal, albedo, SurfaceKind::diffuse};
 }
 
 TilePaths::Vertex TilePaths::object_vertex(std::size_t ray) const {

@@ -51,6 +51,8 @@ class RenderGrid {
   void measure_clearance();
   void sort_balls(const Snapshot& snapshot);
   void find_core();
+  void shrink_lone_balls();
+  float neighbours(const int cell[3], std::uint64_t s, float reach, float enough) const;
   void fill_bundles();
   void fill_strays();
   void publish();

@@ -33,13 +33,15 @@ constexpr std::uint32_t owen_scramble(std::uint32_t x, std::uint32_t seed) {
   return reverse_bits(x);
 }
 
-// Second Sobol dimension: the Pascal matrix modulo 2 applied to the bit-reversed index.
+// Second Sobol dimension: digit j is the sum modulo 2 of the index's bits i with C(i, j) odd, that is i a
+// superset of j.
 constexpr std::uint32_t sobol_second(std::uint32_t index) {
-  std::uint32_t result = 0;
-  for (std::uint32_t column = 0x80000000u; index != 0; index >>= 1, column ^= column >> 1) {
-    if (index & 1u) result ^= column;
-  }
-  return result;
+  index ^= (index >> 1) & 0x55555555u;
+  index ^= (index >> 2) & 0x33333333u;
+  index ^= (index >> 4) & 0x0f0f0f0fu;
+  index ^= (index >> 8) & 0x00ff00ffu;
+  index ^= index >> 16;
+  return reverse_bits(index);
 }
 
 class Sampler {
