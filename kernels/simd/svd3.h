@@ -15,7 +15,10 @@ struct Svd3 {
   Vec3 v[3];  // columns of V
 };
 
-inline constexpr int kJacobiSweeps = 6;
+// Sweeps before V is made a rotation again, and after: the first ones turn by large angles and leave it 1e-6
+// off, the last ones turn by next to nothing.
+inline constexpr int kLargeSweeps = 3;
+inline constexpr int kSmallSweeps = 2;
 
 // Makes a and b orthogonal by the smaller of the two rotations in their plane and turns v, w along.
 FIRN_INLINE void jacobi_rotate(Vec3& a, Vec3& b, Vec3& v, Vec3& w) {
@@ -30,6 +33,34 @@ FIRN_INLINE void jacobi_rotate(Vec3& a, Vec3& b, Vec3& v, Vec3& w) {
   b = add_scaled(b * c, a0, s);
   v = add_scaled(v0 * c, w, -s);
   w = add_scaled(w * c, v0, s);
+}
+
+template <int kSweeps>
+FIRN_INLINE void jacobi_sweeps(Vec3& a0, Vec3& a1, Vec3& a2, Vec3& v0, Vec3& v1, Vec3& v2) {
+#pragma GCC unroll 1
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    jacobi_rotate(a0, a1, v0, v1);
+    jacobi_rotate(a0, a2, v0, v2);
+    jacobi_rotate(a1, a2, v1, v2);
+  }
+}
+
+// The matrix with columns f0, f1, f2 times v.
+FIRN_INLINE Vec3 combine(const Vec3& f0, const Vec3& f1, const Vec3& f2, const Vec3& v) {
+  return add_scaled(add_scaled(f0 * v.x, f1, v.y), f2, v.z);
+}
+
+// V becomes a rotation again (each turn leaves it 1e-7 off) and A = F V is formed anew.
+FIRN_INLINE void rectify(const Vec3& f0, const Vec3& f1, const Vec3& f2, Vec3& a0, Vec3& a1, Vec3& a2,
+                         Vec3& v0, Vec3& v1, Vec3& v2) {
+  const Floats one = splat(1.f);
+  v0 = v0 * (one / sqrt(dot(v0, v0)));
+  v1 = add_scaled(v1, v0, -dot(v1, v0));
+  v1 = v1 * (one / sqrt(dot(v1, v1)));
+  v2 = cross(v0, v1);
+  a0 = combine(f0, f1, f2, v0);
+  a1 = combine(f0, f1, f2, v1);
+  a2 = combine(f0, f1, f2, v2);
 }
 
 // Orders two columns by length; one of the swapped ones changes sign so that the determinants stay.
@@ -56,14 +87,13 @@ FIRN_INLINE Floats inverse_scale(const Mat3& f) {
 inline void svd3(const Mat3& f, Svd3& out) {
   const Floats shrink = inverse_scale(f);
   const Floats zero = splat(0.f), one = splat(1.f);
-  Vec3 a0 = column(f, 0) * shrink, a1 = column(f, 1) * shrink, a2 = column(f, 2) * shrink;
+  const Vec3 f0 = column(f, 0) * shrink, f1 = column(f, 1) * shrink, f2 = column(f, 2) * shrink;
+  Vec3 a0 = f0, a1 = f1, a2 = f2;
   Vec3 v0{one, zero, zero}, v1{zero, one, zero}, v2{zero, zero, one};
-#pragma GCC unroll 1
-  for (int sweep = 0; sweep < kJacobiSweeps; ++sweep) {
-    jacobi_rotate(a0, a1, v0, v1);
-    jacobi_rotate(a0, a2, v0, v2);
-    jacobi_rotate(a1, a2, v1, v2);
-  }
+  jacobi_sweeps<kLargeSweeps>(a0, a1, a2, v0, v1, v2);
+  rectify(f0, f1, f2, a0, a1, a2, v0, v1, v2);
+  jacobi_sweeps<kSmallSweeps>(a0, a1, a2, v0, v1, v2);
+  rectify(f0, f1, f2, a0, a1, a2, v0, v1, v2);
   longer_first(a0, a1, v0, v1);
   longer_first(a0, a2, v0, v2);
   longer_first(a1, a2, v1, v2);

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include "tests/catch.h"
+#include "tests/kernels/particles.h"
+
+using namespace firn;
+using namespace firn::test;
+
+namespace {
+
+constexpr int kSymmetric[6] = {0, 4, 8, 1, 2, 5};  // xx yy zz xy xz yz in a row-major 3x3
+
+// Largest error of the stress relative to (2 mu + lambda) h, the scale of round-off in F.
+double stress_error(const kernels::KernelTable& table, const ParticleColumns& columns) {
+  const auto materials = test_materials();
+  const auto particles = reference_particles(columns);
+  std::vector<float> tau(6 * columns.size());
+  table.mpm.stress(materials.data(), columns.view(), {0, columns.size()}, tau.data(), columns.size());
+  Worst error;
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    const auto& m = materials[particles[i].object];
+    double expected[9], largest = 0;
+    kernels::reference::stress(m, particles[i].F, particles[i].Jp, expected);
+    for (const double t : expected) largest = std::max(largest, std::fabs(t));
+    const double scale = (2 * m.mu + m.lambda) * std::exp(m.hardening * (1 - particles[i].Jp)) + largest;
+    for (int k = 0; k < 6; ++k) {
+      error.add(std::fabs(tau[k * columns.size() + i] - expected[kSymmetric[k]]) / scale);
+    }
+  }
+  return error.value();
+}
+
+}  // namespace
+
+TEST_CASE("stress of nearly rigid snow is the reference's") {
+  on_every_isa([](const kernels::KernelTable& table) {
+    INFO(table.isa);
+    CHECK(stress_error(table, random_particles(4099, 21, 0.02, 3)) < 2e-6);
+  });
+}
+
+TEST_CASE("stress of strongly strained and inverted elements is the reference's") {
+  on_every_isa([](const kernels::KernelTable& table) {
+    INFO(table.isa);
+    CHECK(stress_error(table, random_particles(4099, 22, 0.6, 3)) < 1e-5);
+  });
+}
+
+TEST_CASE("elastic energy is the reference's") {
+  const auto materials = test_materials();
+  for (const double strain : {0.03, 0.3}) {
+    const ParticleColumns columns = random_particles(1031, 23, strain, 3);
+    const auto particles = reference_particles(columns);
+    on_every_isa([&](const kernels::KernelTable& table) {
+      INFO(table.isa << " strain " << strain);
+      std::vector<float> energy(columns.size());
+      table.mpm.elastic_energy(materials.data(), columns.view(), {0, columns.size()}, energy.data());
+      Worst error;
+      for (std::size_t i = 0; i < particles.size(); ++i) {
+        const auto& m = materials[particles[i].object];
+        const double expected = kernels::reference::energy(m, particles[i].F, particles[i].Jp);
+        const double scale = m.mu * std::exp(m.hardening * (1 - particles[i].Jp));
+        error.add(std::fabs(energy[i] - expected) / (expected + 1e-2 * scale));
+      }
+      CHECK(error.value() < 1e-4);
+    });
+  }
+}
+
+TEST_CASE("plasticity is the reference's, also for degenerate and inverted elements") {
+  const auto materials = test_materials();
+  for (const double strain : {0.005, 0.03, 0.3, 1.5}) {
+    const ParticleColumns original = random_particles(2053, 24, strain, 2);
+    for (int k = 0; k < 9; ++k) original.view().F[k][5] = 0;                             // rank 0
+    for (int k = 0; k < 9; ++k) original.view().F[k][6] = k < 3 ? 1.f : 0.f;             // rank 1
+    for (int k = 0; k < 9; ++k) original.view().F[k][7] = k == 0 || k == 4 ? 1.f : 0.f;  // rank 2
+    auto particles = reference_particles(original);
+    for (auto& p : particles) kernels::reference::project(materials[p.object], p.F, p.Jp);
+    on_every_isa([&](const kernels::KernelTable& table) {
+      INFO(table.isa << " strain " << strain);
+      const ParticleColumns columns = [&] {
+        ParticleColumns copy;
+        copy.allocate(original.size());
+        for (std::size_t k = 0; k < kColumns; ++k) {
+          std::memcpy(copy.column(k), original.column(k), original.size() * sizeof(float));
+        }
+        return copy;
+      }();
+      table.mpm.project(materials.data(), columns.view(), {0, columns.size()});
+      Worst f_error, jp_error;
+      for (std::size_t i = 0; i < particles.size(); ++i) {
+        const kernels::ParticleView p = columns.view();
+        double s[3], u[9], v[9], before[9];
+        for (int k = 0; k < 9; ++k) before[k] = original.view().F[k][i];
+        kernels::reference::svd(before, u, s, v);
+        jp_error.add(std::fabs(p.Jp[i] - particles[i].Jp) / particles[i].Jp * std::min(1.0, std::fabs(s[2])));
+        // Where two singular values meet with opposite signs, or vanish together, U is not unique: F may
+        // differ.
+        if (s[1] + s[2] <= 0.05 * s[0]) continue;
+        for (int k = 0; k < 9; ++k) f_error.add(std::fabs(p.F[k][i] - particles[i].F[k]));
+      }
+      CHECK(f_error.value() < 3e-5);
+      CHECK(jp_error.value() < 1e-5);
+    });
+  }
+}
+
+TEST_CASE("an element inside the yield surface keeps every bit of F and Jp, whatever stands beside it") {
+  const auto materials = test_materials();
+  on_every_isa([&](const kernels::KernelTable& table) {
+    INFO(table.isa);
+    const ParticleColumns calm = random_particles(1009, 25, 0.001, 1),
+                          mixed = random_particles(1009, 25, 0.001, 1);
+    for (std::size_t i = 0; i < mixed.size(); i += 3) mixed.view().F[4][i] += 0.2f;  // a violent neighbour
+    const ParticleColumns before = random_particles(1009, 25, 0.001, 1);
+    CHECK(table.mpm.project(materials.data(), calm.view(), {0, calm.size()}) == 0);
+    CHECK(table.mpm.project(materials.data(), mixed.view(), {0, mixed.size()}) == 337);
+    int differences = 0;
+    for (std::size_t k = 0; k < kColumns; ++k) {
+      for (std::size_t i = 0; i < mixed.size(); ++i) {
+        differences += calm.column(k)[i] != before.column(k)[i];
+        if (i % 3 != 0) differences += mixed.column(k)[i] != before.column(k)[i];
+      }
+    }
+    CHECK(differences == 0);
+  });
+}
+
+TEST_CASE(
+    "a clamped element lies on the yield surface and projecting it again changes it by round-off only") {
+  const auto materials = test_materials();
+  on_every_isa([&](const kernels::KernelTable& table) {
+    INFO(table.isa);
+    const ParticleColumns columns = random_particles(1009, 26, 0.3, 2);
+    table.mpm.project(materials.data(), columns.view(), {0, columns.size()});
+    Worst outside;
+    for (const auto& p : reference_particles(columns)) {
+      double u[9], s[3], v[9];
+      kernels::reference::svd(p.F, u, s, v);
+      const auto& m = materials[p.object];
+      for (const double sigma : s) outside.add(std::max(m.sigma_min - sigma, sigma - m.sigma_max));
+    }
+    CHECK(outside.value() < 2e-6);
+  });
+}

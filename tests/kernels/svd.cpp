@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "tests/catch.h"
+#include "tests/kernels/particles.h"
+
+using namespace firn;
+using namespace firn::test;
+
+namespace {
+
+struct Matrices {
+  std::vector<float> f[9], u[9], s[3], v[9];
+  std::size_t size() const { return f[0].size(); }
+  void add(const double m[9]) {
+    for (int k = 0; k < 9; ++k) f[k].push_back(static_cast<float>(m[k]));
+  }
+  void solve(const kernels::KernelTable& table) {
+    const float* in[9];
+    float *uo[9], *so[3], *vo[9];
+    for (int k = 0; k < 9; ++k) {
+      u[k].resize(size());
+      v[k].resize(size());
+      in[k] = f[k].data();
+      uo[k] = u[k].data();
+      vo[k] = v[k].data();
+    }
+    for (int k = 0; k < 3; ++k) {
+      s[k].resize(size());
+      so[k] = s[k].data();
+    }
+    table.mpm.svd(in, size(), uo, so, vo);
+  }
+};
+
+struct Errors {
+  Worst residual, u_orthogonal, v_orthogonal, u_det, v_det, order;
+};
+
+double orthogonality(const double m[9]) {
+  double worst = 0;
+  for (int a = 0; a < 3; ++a) {
+    for (int b = 0; b < 3; ++b) {
+      double d = a == b ? -1 : 0;
+      for (int r = 0; r < 3; ++r) d += m[3 * r + a] * m[3 * r + b];
+      if (!(std::fabs(d) <= worst)) worst = std::fabs(d);
+    }
+  }
+  return worst;
+}
+
+Errors measure(const Matrices& m) {
+  Errors e;
+  for (std::size_t i = 0; i < m.size(); ++i) {
+    double f[9], u[9], v[9], norm2 = 0, residual2 = 0;
+    for (int k = 0; k < 9; ++k) {
+      f[k] = m.f[k][i];
+      u[k] = m.u[k][i];
+      v[k] = m.v[k][i];
+      norm2 += f[k] * f[k];
+    }
+    const double s[3] = {m.s[0][i], m.s[1][i], m.s[2][i]};
+    for (int k = 0; k < 9; ++k) {
+      double usv = 0;
+      for (int c = 0; c < 3; ++c) usv += u[3 * (k / 3) + c] * s[c] * v[3 * (k % 3) + c];
+      residual2 += (usv - f[k]) * (usv - f[k]);
+    }
+    e.residual.add(norm2 > 0 ? std::sqrt(residual2 / norm2) : std::sqrt(residual2));
+    e.u_orthogonal.add(orthogonality(u));
+    e.v_orthogonal.add(orthogonality(v));
+    e.u_det.add(std::fabs(kernels::reference::determinant(u) - 1));
+    e.v_det.add(std::fabs(kernels::reference::determinant(v) - 1));
+    e.order.add(std::max({0.0, s[1] - s[0], std::fabs(s[2]) - s[1]}) / (norm2 > 0 ? std::sqrt(norm2) : 1));
+  }
+  return e;
+}
+
+void require_good(const Errors& e) {
+  CHECK(e.residual.value() <= 1e-6);
+  CHECK(e.u_orthogonal.value() <= 1e-6);
+  CHECK(e.v_orthogonal.value() <= 1e-6);
+  CHECK(e.u_det.value() <= 1e-6);
+  CHECK(e.v_det.value() <= 1e-6);
+  CHECK(e.order.value() <= 1e-6);
+}
+
+// R1 diag(s) R2^T of two random rotations.
+void add_with_values(Random& random, const double s[3], Matrices& out) {
+  double a[9], b[9], m[9];
+  random_rotation(random, a);
+  random_rotation(random, b);
+  for (int k = 0; k < 9; ++k) {
+    m[k] = 0;
+    for (int c = 0; c < 3; ++c) m[k] += a[3 * (k / 3) + c] * s[c] * b[3 * (k % 3) + c];
+  }
+  out.add(m);
+}
+
+void check_values(const std::function<void(Random&, double s[3])>& choose, std::uint64_t seed) {
+  Matrices m;
+  Random random(seed);
+  for (int i = 0; i < 20011; ++i) {
+    double s[3];
+    choose(random, s);
+    add_with_values(random, s, m);
+  }
+  on_every_isa([&](const kernels::KernelTable& table) {
+    INFO(table.isa);
+    m.solve(table);
+    require_good(measure(m));
+  });
+}
+
+}  // namespace
+
+TEST_CASE("SVD of random matrices is exact to round-off, with rotations on both sides") {
+  Matrices m;
+  Random random(11);
+  for (int i = 0; i < 50021; ++i) {
+    double f[9];
+    for (double& x : f) x = random.in(-1, 1);
+    m.add(f);
+  }
+  on_every_isa([&](const kernels::KernelTable& table) {
+    INFO(table.isa);
+    m.solve(table);
+    require_good(measure(m));
+  });
+}
+
+TEST_CASE("SVD near the identity is exact to round-off") {
+  check_values(
+      [](Random& r, double s[3]) {
+        for (int k = 0; k < 3; ++k) s[k] = 1 + std::pow(10, r.in(-8, -1));
+      },
+      12);
+}
+
+TEST_CASE("SVD of rank 2, 1 and 0 is finite and its U and V are rotations") {
+  check_values(
+      [](Random& r, double s[3]) {
+        const int rank = static_cast<int>(r.in(0, 3));
+        for (int k = 0; k < 3; ++k) s[k] = k < rank ? r.in(0.1, 2) : 0;
+      },
+      13);
+}
+
+TEST_CASE("SVD of inverted matrices puts the sign on the smallest value") {
+  check_values([](Random& r, double s[3]) { s[0] = r.in(1, 2), s[1] = r.in(0.5, 1), s[2] = -r.in(0, 0.5); },
+               14);
+}
+
+TEST_CASE("SVD of ill-conditioned, huge and tiny matrices keeps its relative accuracy") {
+  check_values(
+      [](Random& r, double s[3]) {
+        const double scale = std::pow(10, r.in(-18, 18));
+        s[0] = scale;
+        s[1] = scale * std::pow(10, r.in(-9, 0));
+        s[2] = s[1] * std::pow(10, r.in(-9, 0));
+      },
+      15);
+}
+
+TEST_CASE("SVD with repeated singular values is exact to round-off") {
+  check_values(
+      [](Random& r, double s[3]) { s[0] = s[1] = r.in(0.5, 2), s[2] = r.in(0, 1) < 0.5 ? s[0] : 0.1; }, 16);
+}
+
+TEST_CASE("SVD finds the singular values of the double reference") {
+  Matrices m;
+  Random random(17);
+  for (int i = 0; i < 5003; ++i) {
+    double f[9];
+    for (double& x : f) x = random.in(-1, 1);
+    m.add(f);
+  }
+  on_every_isa([&](const kernels::KernelTable& table) {
+    INFO(table.isa);
+    m.solve(table);
+    Worst error;
+    for (std::size_t i = 0; i < m.size(); ++i) {
+      double f[9], u[9], s[3], v[9];
+      for (int k = 0; k < 9; ++k) f[k] = m.f[k][i];
+      kernels::reference::svd(f, u, s, v);
+      for (int k = 0; k < 3; ++k) error.add(std::fabs(s[k] - m.s[k][i]) / s[0]);
+    }
+    CHECK(error.value() <= 1e-6);
+  });
+}
