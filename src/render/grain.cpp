@@ -8,7 +8,7 @@
 namespace firn {
 namespace {
 
-constexpr float kSlope = 0.45f;             // of the coarse octave; the fine one has half
+constexpr float kSlope = 0.16f;             // of each octave
 constexpr float kCoarse = 2.2f, kFine = 6;  // lattice points a spacing
 
 // Three values in [-1, 1] at a lattice point.
@@ -42,7 +42,7 @@ Vec3f value_noise(const Vec3f& p, std::uint64_t key) {
 
 Vec3f grain_slope(const Vec3f& local, std::uint32_t id) {
   const std::uint64_t key = mix64(id);
-  return kSlope * (value_noise(kCoarse * local, key) + 0.5f * value_noise(kFine * local, ~key));
+  return kSlope * (value_noise(kCoarse * local, key) + value_noise(kFine * local, ~key));
 }
 
 }  // namespace firn

@@ -2,6 +2,7 @@
 #include "src/render/path.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -18,11 +19,15 @@ constexpr std::uint32_t kRouletteDepth = 4;
 // Rays leave snow this far (in particle spacings) above the ball that was hit, along the smooth normal: clear
 // of the neighbouring balls, whose bumps are not a feature of the snow.
 constexpr float kSnowLift = 1.0f;
+// And within this distance aside of it (in particle spacings): light that enters snow comes out elsewhere. A
+// poor man's subsurface transport: it keeps energy, softens shadows at the size of a particle, and needs no
+// walk through the snow.
+constexpr float kEmergence = 1.5f;
 
-// Pairs of sample dimensions: one for the film, then three at every vertex.
+// Pairs of sample dimensions: one for the film, then four at every vertex.
 constexpr std::uint32_t kFilmPair = 0;
-enum VertexPair : std::uint32_t { light_point = 1, bounce_direction, choices };
-constexpr std::uint32_t pair_of(std::uint32_t depth, VertexPair which) { return 3 * depth + which; }
+enum VertexPair : std::uint32_t { light_point = 1, bounce_direction, choices, emergence };
+constexpr std::uint32_t pair_of(std::uint32_t depth, VertexPair which) { return 4 * depth + which; }
 
 }  // namespace
 
@@ -96,21 +101,23 @@ void TilePaths::meet(std::uint32_t depth) {
   rays_traced_ += count;
 }
 
-TilePaths::Vertex TilePaths::snow_vertex(std::size_t ray) const {
-  const std::uint32_t ball = rays_.hit(ray);
-  const Vec3f p = rays_.at_hit(ray), d = rays_.direction(ray);
-  const Vec3f ball_normal = (p - view_.grid.center(ball)) / view_.grid.radius(ball);
-  const std::uint32_t particle = view_.grid.snapshot_index(ball);
+TilePaths::Vertex TilePaths::snow_vertex(std::size_t ray, const Path& path, std::uint32_t depth) const {
+  const std::uint32_t ball = rays_.hit(ray), particle = view_.grid.snapshot_index(ball);
   const auto spacing = static_cast<float>(view_.grid.spacing());
-  const Vec3f grains = grain_slope((p - view_.grid.center(ball)) / spacing, view_.snapshot.id[particle]);
-  Vec3f normal = (view_.snow.normal(p, ball_normal) + grains).normalized();
+  const Vec3f p = rays_.at_hit(ray), d = rays_.direction(ray), from_center = p - view_.grid.center(ball);
+  const Vec3f smooth = view_.snow.normal(p, from_center / view_.grid.radius(ball));
+  const Vec3f grains = grain_slope(from_center / spacing, view_.snapshot.id[particle]);
+  Vec3f normal = (smooth + grains).normalized();
   const float facing = normal.dot(d);
   // A smooth normal that looks away from the viewer is turned until it sees him edge on.
   if (facing > -0.02f) normal = (normal - (facing + 0.02f) * d).normalized();
+  const Sample2 at = draw(path, pair_of(depth, emergence));
+  const Disc aside = on_circle(kEmergence * spacing * std::sqrt(at.u), at.v);
+  const Vec3f start = p + around(smooth, aside.x, aside.y, kSnowLift * spacing);
   const auto& looks = view_.setup.snow;
   const std::size_t object = view_.snapshot.object[particle];
   const Vec3f albedo = looks.empty() ? SnowLook{}.albedo : looks[std::min(object, looks.size() - 1)].albedo;
-  return {p + kSnowLift * spacing * normal, normal, albedo, SurfaceKind::diffuse};
+  return {start, normal, albedo, SurfaceKind::diffuse};
 }
 
 TilePaths::Vertex TilePaths::object_vertex(std::size_t ray) const {
@@ -122,9 +129,9 @@ TilePaths::Vertex TilePaths::object_vertex(std::size_t ray) const {
 }
 
 // Adds the light that the path finds where its ray ends; false if it ends there.
-bool TilePaths::arrive(std::size_t ray, Path& path, Vertex& vertex) const {
+bool TilePaths::arrive(std::size_t ray, std::uint32_t depth, Path& path, Vertex& vertex) const {
   if (rays_.hit(ray) != kernels::kNoHit) {
-    vertex = snow_vertex(ray);
+    vertex = snow_vertex(ray, path, depth);
     return true;
   }
   if (lamp_[ray].x() >= 0) {
@@ -151,7 +158,7 @@ void TilePaths::shade(std::uint32_t depth) {
   for (std::size_t ray = 0; ray < rays_.size(); ++ray) {
     const std::uint32_t path = path_of_[ray];
     Vertex vertex;
-    if (!arrive(ray, paths_[path], vertex) || last) continue;
+    if (!arrive(ray, depth, paths_[path], vertex) || last) continue;
     if (vertex.kind == SurfaceKind::diffuse) sample_light(path, vertex, depth);
     if (vertex.kind == SurfaceKind::mirror) {
       const Vec3f d = rays_.direction(ray);

@@ -61,8 +61,8 @@ class TilePaths {
   void start_paths(const Tile& tile, std::uint32_t first_sample, std::uint32_t last_sample);
   void meet(std::uint32_t depth);
   void shade(std::uint32_t depth);
-  bool arrive(std::size_t ray, Path& path, Vertex& vertex) const;
-  Vertex snow_vertex(std::size_t ray) const;
+  bool arrive(std::size_t ray, std::uint32_t depth, Path& path, Vertex& vertex) const;
+  Vertex snow_vertex(std::size_t ray, const Path& path, std::uint32_t depth) const;
   Vertex object_vertex(std::size_t ray) const;
   void sample_light(std::uint32_t path, const Vertex& vertex, std::uint32_t depth);
   void bounce(std::uint32_t path, const Vertex& vertex, std::uint32_t depth);

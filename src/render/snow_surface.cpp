@@ -13,8 +13,8 @@ namespace {
 using kernels::kBrickCells;
 using kernels::kCellsPerBrick;
 
-constexpr float kSupportCells = 1.7f;  // reach R of the density kernel (1 - q^2)^3, q = r/R
-constexpr float kGrain = 0.25f;        // share of the ball's own normal
+constexpr float kSupportCells = 1.9f;  // reach R of the density kernel (1 - q^2)^3, q = r/R
+constexpr float kGrain = 0.10f;        // share of the ball's own normal
 constexpr int kReach = 2;              // whole cells
 
 }  // namespace
