@@ -119,7 +119,7 @@ void check_values(const std::function<void(Random&, double s[3])>& choose, std::
 TEST_CASE("SVD of random matrices is exact to round-off, with rotations on both sides") {
   Matrices m;
   Random random(11);
-  for (int i = 0; i < 50021; ++i) {
+  for (int i = 0; i < 200023; ++i) {
     double f[9];
     for (double& x : f) x = random.in(-1, 1);
     m.add(f);

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+// Laws that hold whatever the material: conservation, free flight, rigid motion.
+#include "tests/catch.h"
+#include "tests/physics/snow.h"
+
+using namespace firn;
+using namespace firn::test;
+
+namespace {
+
+SimulationSetup weightless(double dx) {
+  SimulationSetup setup;
+  setup.dx = dx;
+  setup.gravity = Vec3::Zero();
+  return setup;
+}
+
+void spin(PlacedSnow& snow, const Vec3& center, const Vec3& omega) {
+  for (std::size_t i = 0; i < snow.position.size(); ++i)
+    snow.velocity[i] += omega.cross(snow.position[i] - center);
+}
+
+}  // namespace
+
+TEST_CASE("a free body keeps its mass, momentum and angular momentum over 1000 steps", "[physics]") {
+  SimulationSetup setup = weightless(0.01);
+  const Vec3 center(0.3, 0.2, -0.1);
+  setup.snow.push_back(ball(center, 0.06, setup.dx, elastic(), Vec3(0.5, 0.2, -0.3)));
+  spin(setup.snow[0], center, Vec3(3, -8, 5));
+  // A stir on top of the spin, so that the body is strained and rings.
+  for (std::size_t i = 0; i < setup.snow[0].position.size(); ++i) {
+    setup.snow[0].velocity[i].x() += 0.3 * std::sin(60 * setup.snow[0].position[i].y());
+  }
+  setup.check_energy_bound = false;
+  Simulation simulation(best_kernels(), setup);
+  const Metrics before = simulation.metrics();
+  for (int i = 0; i < 1000; ++i) simulation.step(1e-4);
+  const Metrics after = simulation.metrics();
+  CHECK(after.mass == before.mass);
+  CHECK((after.momentum - before.momentum).norm() < 1e-5 * before.momentum.norm());
+  CHECK((after.angular_momentum - before.angular_momentum).norm() < 1e-4 * before.angular_momentum.norm());
+  CHECK(after.elastic_energy > 0);
+}
+
+TEST_CASE("a body in free fall moves by -g dt^2 n (n + 1) / 2 in n steps", "[physics]") {
+  SimulationSetup setup;
+  setup.dx = 0.01;
+  setup.gravity = Vec3(0, -9.81, 0);
+  setup.snow.push_back(ball(Vec3(0.003, 50, 0.001), 0.03, setup.dx, Material{}, Vec3::Zero()));
+  Simulation simulation(best_kernels(), setup);
+  const double before = simulation.metrics().potential_energy / (9.81 * simulation.metrics().mass);
+  const double dt = 3e-4;
+  const int n = 1000;
+  for (int i = 0; i < n; ++i) simulation.step(dt);
+  const Metrics m = simulation.metrics();
+  const double fallen = before - m.potential_energy / (9.81 * m.mass);
+  CHECK(fallen == Approx(9.81 * dt * dt * n * (n + 1) / 2).epsilon(1e-4));
+  CHECK(m.momentum.y() / m.mass == Approx(-9.81 * n * dt).epsilon(1e-4));
+  CHECK(m.elastic_energy < 1e-6 * m.kinetic_energy);
+}
+
+TEST_CASE("snow that drifts at 1 mm/s, 100 m from the origin, moves as it should", "[physics]") {
+  for (const double dx : {0.01, 0.05}) {
+    SimulationSetup setup = weightless(dx);
+    setup.snow.push_back(ball(Vec3(100, 80, -100), 4 * dx, dx, Material{}, Vec3(1e-3, 0, -1e-3)));
+    Simulation simulation(best_kernels(), setup);
+    const Bounds before = simulation.metrics().bounds;
+    for (int i = 0; i < 2000; ++i) simulation.step(1e-4);
+    const Bounds after = simulation.metrics().bounds;
+    const double expected = 2000 * 1e-4 * 1e-3;
+    INFO("dx " << dx);
+    CHECK((after.min - before.min - Vec3(expected, 0, -expected)).norm() < 0.002 * expected);
+    CHECK((after.max - before.max - Vec3(expected, 0, -expected)).norm() < 0.002 * expected);
+  }
+}
+
+TEST_CASE("a rigidly rotating body keeps its kinetic energy to 1 % over a turn", "[physics]") {
+  SimulationSetup setup = weightless(0.01);
+  setup.snow.push_back(ball(Vec3::Zero(), 0.08, setup.dx, elastic(), Vec3::Zero()));
+  spin(setup.snow[0], Vec3::Zero(), Vec3(0, 0, 10));
+  Simulation simulation(best_kernels(), setup);
+  simulation.advance_to(0.05, kNeverStop);  // the body first takes the strain of its spin
+  const double before = simulation.metrics().kinetic_energy;
+  simulation.advance_to(0.05 + 2 * M_PI / 10, kNeverStop);
+  CHECK(simulation.metrics().kinetic_energy == Approx(before).epsilon(0.01));
+}
+
+TEST_CASE("two colliding balls of snow keep their total momentum, lose energy and are packed", "[physics]") {
+  SimulationSetup setup = weightless(0.01);
+  setup.snow.push_back(ball(Vec3(-0.06, 0, 0), 0.05, setup.dx, Material{}, Vec3(5, 1, 0)));
+  setup.snow.push_back(ball(Vec3(0.06, 0.02, 0), 0.05, setup.dx, Material{}, Vec3(-5, 0, 0.5)));
+  Simulation simulation(best_kernels(), setup);
+  const Metrics before = simulation.metrics();
+  const double momentum_scale = before.mass * 5;
+  Snapshot snapshot;
+  float densest = 0;
+  for (int frame = 1; frame <= 5; ++frame) {
+    REQUIRE(simulation.advance_to(0.003 * frame, kNeverStop));
+    simulation.snapshot(snapshot);
+    for (const float density : snapshot.density) densest = std::max(densest, density);
+  }
+  const Metrics after = simulation.metrics();
+  CHECK((after.momentum - before.momentum).norm() < 1e-5 * momentum_scale);
+  CHECK((after.angular_momentum - before.angular_momentum).norm() < 1e-4 * momentum_scale * 0.06);
+  CHECK(after.kinetic_energy + after.elastic_energy < 0.9 * before.kinetic_energy);
+  CHECK(densest > 480);
+}

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT
+// Contact with colliders: Coulomb friction on an incline, rest on the ground, sticking, the domain's
+// boundary.
+#include "tests/catch.h"
+#include "tests/physics/snow.h"
+
+using namespace firn;
+using namespace firn::test;
+
+namespace {
+
+constexpr double kDx = 0.02;
+
+// A flat elastic block on level ground with gravity tilted by `degrees`: an incline without lattice steps.
+// The ground lies on a row of nodes.
+SimulationSetup incline(double degrees, double friction, Contact contact) {
+  SimulationSetup setup;
+  setup.dx = kDx;
+  const double angle = degrees * M_PI / 180;
+  setup.gravity = 9.81 * Vec3(std::sin(angle), -std::cos(angle), 0);
+  Material material = elastic();
+  material.young_modulus = 1e6;
+  setup.snow.push_back(fill(Vec3(0, 0.5 * kDx, 0), Vec3(12 * kDx, 4.5 * kDx, 8 * kDx), kDx, 2, material));
+  setup.colliders.push_back(plane(Vec3(0, 0.5 * kDx, 0), Vec3(0, 1, 0), contact, friction));
+  return setup;
+}
+
+double speed_along(const Simulation& simulation) {
+  const Metrics m = simulation.metrics();
+  return m.momentum.x() / m.mass;
+}
+
+}  // namespace
+
+TEST_CASE("a block on an incline slides at g (sin - mu cos) when tan exceeds mu", "[physics]") {
+  for (const double degrees : {20.0, 35.0}) {
+    const double mu = 0.2, angle = degrees * M_PI / 180;
+    Simulation simulation(best_kernels(), incline(degrees, mu, Contact::separating));
+    simulation.advance_to(0.1, kNeverStop);  // the weight settles on the ground
+    const double start = speed_along(simulation);
+    simulation.advance_to(0.4, kNeverStop);
+    const double acceleration = (speed_along(simulation) - start) / 0.3;
+    INFO(degrees);
+    CHECK(acceleration == Approx(9.81 * (std::sin(angle) - mu * std::cos(angle))).epsilon(0.02));
+  }
+}
+
+TEST_CASE("a block on an incline stays when mu exceeds tan", "[physics]") {
+  Simulation simulation(best_kernels(), incline(20, 0.6, Contact::separating));
+  simulation.advance_to(0.2, kNeverStop);
+  const Vec3 before = simulation.metrics().bounds.center();
+  simulation.advance_to(0.5, kNeverStop);
+  CHECK(std::abs(speed_along(simulation)) < 0.01);
+  CHECK((simulation.metrics().bounds.center() - before).norm() < 0.1 * kDx);
+}
+
+TEST_CASE("without friction a block slides at g sin, on slip and on separating ground alike", "[physics]") {
+  for (const Contact contact : {Contact::slip, Contact::separating}) {
+    Simulation simulation(best_kernels(), incline(10, 0, contact));
+    simulation.advance_to(0.2, kNeverStop);
+    CHECK(speed_along(simulation) == Approx(9.81 * std::sin(10 * M_PI / 180) * 0.2).epsilon(0.005));
+  }
+}
+
+TEST_CASE("sticky ground holds a block by its foot and separating ground lets it go", "[physics]") {
+  for (const Contact contact : {Contact::sticky, Contact::slip, Contact::separating}) {
+    SimulationSetup setup = incline(0, 0, contact);
+    setup.gravity = Vec3::Zero();
+    for (Vec3& v : setup.snow[0].velocity) v = Vec3(0, 0.5, 0);
+    Simulation simulation(best_kernels(), setup);
+    simulation.advance_to(0.2, kNeverStop);
+    const double lift = simulation.metrics().bounds.min.y() - kDx * 0.75;
+    INFO(static_cast<int>(contact));
+    if (contact == Contact::separating) {
+      CHECK(lift == Approx(0.1).epsilon(0.02));
+    } else {
+      CHECK(lift < kDx);
+    }
+  }
+}
+
+TEST_CASE("snow that falls on the ground comes to rest above it", "[physics]") {
+  SimulationSetup setup;
+  setup.dx = kDx;
+  setup.snow.push_back(ball(Vec3(0, 0.25, 0), 0.1, kDx, Material{}, Vec3(0, -2, 0)));
+  setup.colliders.push_back(plane(Vec3::Zero(), Vec3(0, 1, 0), Contact::separating, 0.5));
+  Simulation simulation(best_kernels(), setup);
+  simulation.advance_to(1.0, kNeverStop);
+  const Metrics m = simulation.metrics();
+  CHECK(m.bounds.min.y() > -kDx);
+  CHECK(m.kinetic_energy < 1e-2 * m.mass);
+  CHECK(m.particles_left == 0);
+}
+
+TEST_CASE("snow rolls off a ball and off a box corner without getting inside", "[physics]") {
+  for (const bool round : {true, false}) {
+    SimulationSetup setup;
+    setup.dx = kDx;
+    setup.snow.push_back(ball(Vec3(0.03, 0.3, 0.02), 0.08, kDx, Material{}, Vec3(0, -3, 0)));
+    Collider collider;
+    if (round) {
+      collider.shape.form = Ball{0.15};
+    } else {
+      collider.shape.form = Box{Vec3::Constant(0.12)};
+    }
+    setup.colliders.push_back(collider);
+    Simulation simulation(best_kernels(), setup);
+    simulation.advance_to(0.3, kNeverStop);
+    Snapshot snapshot;
+    simulation.snapshot(snapshot);
+    double deepest = 0;
+    for (std::size_t i = 0; i < snapshot.size(); ++i) {
+      deepest = std::min(deepest, signed_distance(collider.shape, snapshot.world_position(i)));
+    }
+    INFO((round ? "ball" : "box"));
+    CHECK(deepest > -1.0 * kDx);
+  }
+}
+
+TEST_CASE("particles that leave the domain are removed and counted, and nothing hangs outside", "[physics]") {
+  SimulationSetup setup;
+  setup.dx = kDx;
+  setup.snow.push_back(ball(Vec3(-0.2, 0, 0), 0.08, kDx, Material{}, Vec3(2, 0, 0)));
+  setup.snow.push_back(ball(Vec3(0.2, 0.1, 0), 0.08, kDx, Material{}, Vec3::Zero()));
+  setup.gravity = Vec3(0, -9.81, 0);
+  setup.domain = Shape{Box{Vec3(0.5, 0.5, 0.5)}, Pose{}};
+  Simulation simulation(best_kernels(), setup);
+  const std::size_t placed = simulation.particle_count();
+  const double mass = simulation.metrics().mass;
+  simulation.advance_to(0.35, kNeverStop);
+  const Metrics m = simulation.metrics();
+  CHECK(m.particles_left > 0);
+  CHECK(m.particles + m.particles_left == placed);
+  CHECK(m.mass < mass);
+  CHECK(m.bounds.min.y() > -0.5 - 6 * kDx);
+  simulation.advance_to(1.5, kNeverStop);
+  CHECK(simulation.particle_count() == 0);
+  CHECK(simulation.metrics().particles_left == placed);
+}

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+// Elastic bodies against closed forms: the frequency of a bar, the sag of a column under its own weight.
+#include <vector>
+
+#include "tests/catch.h"
+#include "tests/physics/snow.h"
+
+using namespace firn;
+using namespace firn::test;
+
+namespace {
+
+constexpr double kLength = 1;  // m
+constexpr int kCells = 32;     // along it
+constexpr double kDx = kLength / kCells;
+
+// A bar along +y from y = 0, two cells square, between frictionless rollers on its four sides, its foot on a
+// sticky plane. Planes lie on grid nodes (n - 1/2 cells), where a node on the plane feels it and the next one
+// does not.
+SimulationSetup bar(const Material& material) {
+  SimulationSetup setup;
+  setup.dx = kDx;
+  setup.snow.push_back(
+      fill(Vec3(0.5, 0.5, 0.5) * kDx, Vec3(2.5 * kDx, kLength + 0.5 * kDx, 2.5 * kDx), kDx, 2, material));
+  setup.colliders.push_back(plane(Vec3(0, 0.5 * kDx, 0), Vec3(0, 1, 0), Contact::sticky, 0));
+  setup.colliders.push_back(plane(Vec3(0.5 * kDx, 0, 0), Vec3(1, 0, 0), Contact::slip, 0));
+  setup.colliders.push_back(plane(Vec3(2.5 * kDx, 0, 0), Vec3(-1, 0, 0), Contact::slip, 0));
+  setup.colliders.push_back(plane(Vec3(0, 0, 0.5 * kDx), Vec3(0, 0, 1), Contact::slip, 0));
+  setup.colliders.push_back(plane(Vec3(0, 0, 2.5 * kDx), Vec3(0, 0, -1), Contact::slip, 0));
+  return setup;
+}
+
+// Mean height of the top layer of particles.
+double top(const Simulation& simulation) { return simulation.metrics().bounds.max.y(); }
+
+}  // namespace
+
+TEST_CASE("a fixed-free bar between rollers swings at c_p / (4 L)", "[physics]") {
+  const Material material = elastic();
+  SimulationSetup setup = bar(material);
+  setup.gravity = Vec3::Zero();
+  for (std::size_t i = 0; i < setup.snow[0].position.size(); ++i) {
+    const double y = setup.snow[0].position[i].y() - 0.5 * kDx;
+    setup.snow[0].velocity[i].y() = 0.02 * std::sin(M_PI * y / (2 * kLength));
+  }
+  Simulation simulation(best_kernels(), setup);
+  // The momentum along the bar passes through zero at a quarter, three quarters, ... of the period.
+  const double expected = 4 * kLength / elastic_moduli(material).p_wave_speed;
+  std::vector<double> zeros;
+  double last = simulation.metrics().momentum.y(), last_time = 0;
+  while (zeros.size() < 5) {
+    simulation.advance_to(simulation.time() + expected / 200, kNeverStop);
+    const double now = simulation.metrics().momentum.y();
+    if (now * last < 0) zeros.push_back(last_time + (simulation.time() - last_time) * last / (last - now));
+    last = now;
+    last_time = simulation.time();
+    REQUIRE(simulation.time() < 5 * expected);
+  }
+  const double period = (zeros[4] - zeros[0]) / 2;
+  CHECK(period == Approx(expected).epsilon(0.01));
+}
+
+TEST_CASE("a column between rollers sags under its weight to the height of its stress-strain law",
+          "[physics]") {
+  struct Case {
+    MaterialModel model;
+    double height;  // of a 1 m column at g = 9.81 m/s^2
+  };
+  for (const Case& expected :
+       {Case{MaterialModel::snow, 0.987387}, Case{MaterialModel::neo_hookean, 0.987545}}) {
+    SimulationSetup setup = bar(elastic(expected.model));
+    setup.gravity = Vec3(0, -9.81, 0);
+    Simulation simulation(best_kernels(), setup);
+    const double before = top(simulation);
+    // The column swings about its equilibrium without damping: the mean over whole periods is the
+    // equilibrium.
+    const double period = 4 * kLength / elastic_moduli(elastic()).p_wave_speed;
+    double sum = 0;
+    const int samples = 160;
+    for (int i = 0; i < samples; ++i) {
+      simulation.advance_to(2 * period * (i + 0.5) / samples, kNeverStop);
+      sum += before - top(simulation);
+    }
+    INFO(static_cast<int>(expected.model));
+    CHECK(sum / samples == Approx(kLength - expected.height).margin(1e-3));
+  }
+}
