@@ -4,11 +4,8 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <string>
 
-#include "src/core/error.h"
 #include "src/core/parallel.h"
-#include "src/core/portable_math.h"
 #include "src/render/cell_lists.h"
 
 namespace firn {
@@ -18,11 +15,6 @@ using kernels::kBrickCells;
 using kernels::kCellsPerBrick;
 using kernels::kNoBrick;
 
-constexpr double kCellSpacings =
-    1.5;  // cell edge in mean particle spacings: best of 1.2-2 on balls of 0.2-1 M
-constexpr double kMaxRadiusCells = 2;     // larger balls are strays
-constexpr std::size_t kMaxStrays = 1024;  // beyond this the cells grow
-constexpr double kMaxBricks = 1 << 22;
 constexpr std::size_t kChunk = 8192;
 constexpr int kMaxClearance = 15;  // bricks
 // Balls are entered in every cell within this of them, in cells: covers the rounding of a ray's walk.
@@ -48,121 +40,16 @@ std::size_t brick_index(const kernels::TraceGrid& grid, int bx, int by, int bz) 
   return (static_cast<std::size_t>(bx) * grid.bricks[1] + by) * grid.bricks[2] + bz;
 }
 
-struct Statistics {
-  Bounds bounds;
-  double spacing_sum = 0;
-  std::size_t bad = SIZE_MAX;
-};
-
 }  // namespace
 
-Vec3f RenderGrid::local(const Snapshot& snapshot, std::size_t i) const {
-  return (snapshot.world_position(i) - origin_).cast<float>();
-}
-
-bool RenderGrid::in_cells(const Vec3f& p, float radius) const {
-  if (radius > kMaxRadiusCells * view_.cell) return false;
-  for (int a = 0; a < 3; ++a) {
-    if (!(p[a] >= 0 && p[a] * view_.inv_cell < view_.cells[a])) return false;
-  }
-  return true;
-}
-
-// Radii, bounds and mean spacing.
-void RenderGrid::measure(const Snapshot& snapshot, const std::vector<SnowLook>& looks) {
-  const std::size_t count = snapshot.size();
-  ball_radius_.resize(count);
-  std::vector<Statistics> parts((count + kChunk - 1) / kChunk);
-  parallel_chunks(count, kChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-    Statistics& part = parts[chunk];
-    for (std::size_t i = begin; i < end; ++i) {
-      const Vec3 p = snapshot.world_position(i);
-      const double spacing = portable_cbrt(snapshot.volume0[i]);
-      if (!p.allFinite() || !std::isfinite(snapshot.volume0[i]) || p.cwiseAbs().maxCoeff() > 1e12) {
-        part.bad = std::min(part.bad, i);
-        continue;
-      }
-      const std::size_t look =
-          std::min<std::size_t>(snapshot.object[i], looks.empty() ? 0 : looks.size() - 1);
-      ball_radius_[i] =
-          static_cast<float>(spacing * (looks.empty() ? SnowLook{}.radius : looks[look].radius));
-      part.bounds.include(p);
-      part.spacing_sum += spacing;
-    }
-  });
-  Statistics all;
-  for (const Statistics& part : parts) {
-    all.bounds.include(part.bounds);
-    all.spacing_sum += part.spacing_sum;
-    all.bad = std::min(all.bad, part.bad);
-  }
-  if (all.bad != SIZE_MAX) {
-    throw Error(
-        ExitCode::unstable, "frame " + std::to_string(snapshot.frame),
-        "particle " + std::to_string(snapshot.id[all.bad]) + " has no finite place or volume to draw");
-  }
-  bounds_ = all.bounds;
-  origin_ = snapshot.origin;
-  spacing_ = count == 0 ? 1 : std::max(all.spacing_sum / static_cast<double>(count), 1e-9);
-}
-
-// Lays cells of this size over the bounds.
-void RenderGrid::fit(double cell) {
+// The view of an empty table of these cells.
+void RenderGrid::open_view() {
   view_ = {};
-  view_.cell = static_cast<float>(cell);
+  view_.cell = static_cast<float>(layout_.cell);
   view_.inv_cell = 1 / view_.cell;
-  if (bounds_.empty()) return;
-  const double margin = kMaxRadiusCells * cell;
-  origin_ = bounds_.min - Vec3::Constant(margin);
   for (int a = 0; a < 3; ++a) {
-    const double bricks = std::ceil((bounds_.size()[a] + 2 * margin) / (kBrickCells * cell));
-    view_.bricks[a] = static_cast<int>(std::min(bricks, 1e6));
-    view_.cells[a] = kBrickCells * view_.bricks[a];
-  }
-}
-
-// The bounds of all but a few outlying particles: cut where 1 % (at most 128) lie beyond on each side of each
-// axis, then widened by their own size. A grid over a splash that left the scene would have no cells left for
-// the snow.
-void RenderGrid::trim_bounds(const Snapshot& snapshot) {
-  const std::size_t count = snapshot.size(), beyond = std::min<std::size_t>(count / 100, 128);
-  std::vector<float> column;
-  Bounds kept = bounds_;
-  for (int a = 0; a < 3; ++a) {
-    column = snapshot.x[a];
-    const auto low = column.begin() + static_cast<std::ptrdiff_t>(beyond);
-    const auto high = column.begin() + static_cast<std::ptrdiff_t>(count - 1 - beyond);
-    std::nth_element(column.begin(), low, column.end());
-    const double from = *low;
-    std::nth_element(column.begin(), high, column.end());
-    const double size = *high - from + 16 * spacing_;
-    kept.min[a] = std::max(bounds_.min[a], snapshot.origin[a] + from - size);
-    kept.max[a] = std::min(bounds_.max[a], snapshot.origin[a] + *high + size);
-  }
-  bounds_ = kept;
-}
-
-std::size_t RenderGrid::count_strays(const Snapshot& snapshot) const {
-  std::size_t strays = 0;
-  for (std::size_t i = 0; i < snapshot.size(); ++i) strays += !in_cells(local(snapshot, i), ball_radius_[i]);
-  return strays;
-}
-
-// Lets outliers go if the table of bricks would be too large, then grows the cells until it and the list of
-// strays are bounded.
-void RenderGrid::choose_cells(const Snapshot& snapshot) {
-  const Bounds all = bounds_;
-  const auto too_large = [this] {
-    return static_cast<double>(view_.bricks[0]) * view_.bricks[1] * view_.bricks[2] > kMaxBricks;
-  };
-  double cell = kCellSpacings * spacing_;
-  fit(cell);
-  if (too_large()) trim_bounds(snapshot);
-  for (;; cell *= 1.25) {
-    fit(cell);
-    if (too_large()) continue;
-    if (count_strays(snapshot) <= kMaxStrays) return;
-    bounds_ = all;
+    view_.bricks[a] = layout_.bricks[a];
+    view_.cells[a] = kBrickCells * layout_.bricks[a];
   }
 }
 
@@ -172,9 +59,10 @@ void RenderGrid::place_bricks(const Snapshot& snapshot) {
   slot_.assign(bricks, kNoBrick);
   parallel_chunks(snapshot.size(), kChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const Vec3f p = local(snapshot, i);
-      if (!in_cells(p, ball_radius_[i])) continue;
-      const CellRange range = cells_of(view_, p, ball_radius_[i] + view_.cell);  // and a cell for SnowSurface
+      const Vec3f p = layout_.local(snapshot, i);
+      if (!layout_.holds(p, layout_.radius[i])) continue;
+      const CellRange range =
+          cells_of(view_, p, layout_.radius[i] + view_.cell);  // and a cell for SnowSurface
       for (int x = range.low[0] >> 2; x <= range.high[0] >> 2; ++x) {
         for (int y = range.low[1] >> 2; y <= range.high[1] >> 2; ++y) {
           for (int z = range.low[2] >> 2; z <= range.high[2] >> 2; ++z) {
@@ -194,8 +82,8 @@ void RenderGrid::place_bricks(const Snapshot& snapshot) {
   view_.slot = slot_.data();
 }
 
-// Chebyshev distance to the nearest occupied brick, one axis at a time: D(i) = min over k of max(|k|, D'(i +
-// k)).
+// Chebyshev distance to the nearest occupied brick, one axis at a time:
+// D(i) = min over k of max(|k|, D'(i + k)).
 void RenderGrid::measure_clearance() {
   clearance_.resize(slot_.size());
   for (std::size_t b = 0; b < slot_.size(); ++b) clearance_[b] = slot_[b] == kNoBrick ? kMaxClearance : 0;
@@ -227,9 +115,9 @@ void RenderGrid::sort_balls(const Snapshot& snapshot) {
   std::vector<std::uint64_t> next(cells + 2, 0);
   parallel_chunks(snapshot.size(), kChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const Vec3f p = local(snapshot, i);
+      const Vec3f p = layout_.local(snapshot, i);
       std::size_t cell = stray_cell;
-      if (in_cells(p, ball_radius_[i])) {
+      if (layout_.holds(p, layout_.radius[i])) {
         const CellRange at = cells_of(view_, p, 0);
         cell = cell_index(view_, at.low[0], at.low[1], at.low[2]);
       }
@@ -257,9 +145,9 @@ void RenderGrid::sort_balls(const Snapshot& snapshot) {
     for (std::size_t c = begin; c < end; ++c) {
       std::sort(order_.begin() + cell_start_[c], order_.begin() + cell_start_[c + 1]);
       for (std::uint64_t s = cell_start_[c]; s < cell_start_[c + 1]; ++s) {
-        const Vec3f p = local(snapshot, order_[s]);
+        const Vec3f p = layout_.local(snapshot, order_[s]);
         for (int a = 0; a < 3; ++a) x_[a][s] = p[a];
-        radius_[s] = ball_radius_[order_[s]];
+        radius_[s] = layout_.radius[order_[s]];
       }
     }
   });
@@ -289,9 +177,10 @@ void RenderGrid::find_core() {
 // close the gaps. Between the two by the number of neighbours, each weighted by (1 - d^2/R^2)^2: the count is
 // smooth in time.
 void RenderGrid::shrink_lone_balls() {
+  constexpr double kCompanyReach = 1.5;  // R in spacings
   constexpr float kLoneShare = 0.7f,
                   kCompany = 0.8f;  // evenly packed particles count 2.0, on a flat face 1.4
-  const auto reach = static_cast<float>(kCellSpacings * spacing_);
+  const auto reach = static_cast<float>(kCompanyReach * layout_.spacing);
   std::vector<float> share(radius_.size(), 1.f);
   parallel_for(brick_of_slot_.size(), 4, [&](std::size_t slot) {
     if (core_[slot]) return;
@@ -381,8 +270,8 @@ void RenderGrid::publish() {
 }
 
 void RenderGrid::build(const Snapshot& snapshot, const std::vector<SnowLook>& looks) {
-  measure(snapshot, looks);
-  choose_cells(snapshot);
+  layout_ = lay_out_grid(snapshot, looks);
+  open_view();
   place_bricks(snapshot);
   measure_clearance();
   sort_balls(snapshot);
@@ -401,7 +290,7 @@ void RenderGrid::build(const Snapshot& snapshot, const std::vector<SnowLook>& lo
 std::size_t RenderGrid::bytes() const {
   const auto of = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
   return of(slot_) + of(clearance_) + of(brick_of_slot_) + of(cell_start_) + of(bundle_start_) + of(order_) +
-         of(x_[0]) + of(x_[1]) + of(x_[2]) + of(radius_) + of(ball_radius_) + of(core_) + of(bundles_) +
+         of(x_[0]) + of(x_[1]) + of(x_[2]) + of(radius_) + of(layout_.radius) + of(core_) + of(bundles_) +
          of(strays_);
 }
 

@@ -10,7 +10,7 @@
 
 #include "kernels/trace/table.h"
 #include "src/particles/snapshot.h"
-#include "src/render/setup.h"
+#include "src/render/grid_layout.h"
 
 namespace firn {
 
@@ -33,8 +33,8 @@ class RenderGrid {
 
   const kernels::TraceGrid& view() const { return view_; }
   std::size_t size() const { return order_.size(); }
-  Vec3 origin() const { return origin_; }      // m, world place of the render space's 0
-  double spacing() const { return spacing_; }  // m, mean particle spacing
+  Vec3 origin() const { return layout_.origin; }      // m, world place of the render space's 0
+  double spacing() const { return layout_.spacing; }  // m, mean particle spacing
   const std::vector<std::uint32_t>& brick_of_slot() const { return brick_of_slot_; }  // occupied bricks
   bool is_core(std::size_t slot) const { return core_[slot] != 0; }
   std::size_t bytes() const;
@@ -45,8 +45,7 @@ class RenderGrid {
   float radius(std::uint32_t sorted) const { return radius_[sorted]; }
 
  private:
-  void measure(const Snapshot& snapshot, const std::vector<SnowLook>& looks);
-  void choose_cells(const Snapshot& snapshot);
+  void open_view();
   void place_bricks(const Snapshot& snapshot);
   void measure_clearance();
   void sort_balls(const Snapshot& snapshot);
@@ -56,16 +55,8 @@ class RenderGrid {
   void fill_bundles();
   void fill_strays();
   void publish();
-  void fit(double cell);
-  void trim_bounds(const Snapshot& snapshot);
-  std::size_t count_strays(const Snapshot& snapshot) const;
-  Vec3f local(const Snapshot& snapshot, std::size_t i) const;
-  bool in_cells(const Vec3f& p, float radius) const;
 
-  Vec3 origin_ = Vec3::Zero();
-  double spacing_ = 1;
-  Bounds bounds_;                   // m, world
-  std::vector<float> ball_radius_;  // m, in snapshot order
+  GridLayout layout_;
   kernels::TraceGrid view_;
   std::vector<std::uint32_t> slot_;
   std::vector<std::uint8_t> clearance_, core_;
