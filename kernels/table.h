@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One table of function pointers per instruction set. src/core/isa.h chooses one at start and everything above passes
-// it down by reference: nothing outside kernels/ names an instruction set.
+// One table of function pointers per instruction set. src/core/isa.h chooses one at start and everything
+// above passes it down by reference: nothing outside kernels/ names an instruction set.
 #pragma once
 #include "kernels/mpm/table.h"
 #include "kernels/trace/table.h"
@@ -8,8 +8,8 @@
 namespace firn::kernels {
 
 struct KernelTable {
-  const char* isa;   // "base", "x86-64-v3", "x86-64-v4"
-  MpmKernels mpm;    // particles <-> grid
+  const char* isa;     // "base", "x86-64-v3", "x86-64-v4"
+  MpmKernels mpm;      // particles <-> grid
   TraceKernels trace;  // rays <-> particles
 };
 

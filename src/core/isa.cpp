@@ -27,7 +27,8 @@ const kernels::KernelTable& choose_kernels(const std::string& name) {
     if (name == table->isa) return *table;
     names += std::string(", ") + table->isa;
   }
-  throw Error(ExitCode::usage, "--isa", "'" + name + "' is not an instruction set of this CPU; it has: " + names);
+  throw Error(ExitCode::usage, "--isa",
+              "'" + name + "' is not an instruction set of this CPU; it has: " + names);
 }
 
 }  // namespace firn

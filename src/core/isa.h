@@ -11,7 +11,8 @@ namespace firn {
 // The tables this CPU can run, best last.
 std::vector<const kernels::KernelTable*> supported_kernels();
 
-// `name` is "auto" (the best one), "base", "x86-64-v3" or "x86-64-v4"; an unknown or unsupported one is a usage Error.
+// `name` is "auto" (the best one), "base", "x86-64-v3" or "x86-64-v4"; an unknown or unsupported one is a
+// usage Error.
 const kernels::KernelTable& choose_kernels(const std::string& name);
 
 }  // namespace firn

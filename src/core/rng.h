@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Counter-based random numbers: a value is a pure function of its keys, never of who asked before.
-// Mixing by the finaliser of SplitMix64 (Steele, Lea, Flood 2014, "Fast splittable pseudorandom number generators").
+// Mixing by the finaliser of SplitMix64 (Steele, Lea, Flood 2014, "Fast splittable pseudorandom number
+// generators").
 #pragma once
 #include <cstdint>
 

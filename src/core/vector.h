@@ -6,7 +6,7 @@
 
 namespace firn {
 
-using Vec3 = Eigen::Vector3d;   // metres, m/s, ...; world space, right-handed, +Y up
+using Vec3 = Eigen::Vector3d;  // metres, m/s, ...; world space, right-handed, +Y up
 using Mat3 = Eigen::Matrix3d;
 using Vec3f = Eigen::Vector3f;  // render space (metres from the render origin) or linear RGB
 

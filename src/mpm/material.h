@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Material parameters as a person states them. Derived constants (Lame moduli, wave speeds) come from one function.
-// Sources: neo-Hookean with clamp: the source paper (docs/physics.md), snow: Stomakhin et al. 2013, sections 5 and 6.
+// Material parameters as a person states them. Derived constants (Lame moduli, wave speeds) come from one
+// function. Sources: neo-Hookean with clamp: the source paper (docs/physics.md), snow: Stomakhin et al. 2013,
+// sections 5 and 6.
 #pragma once
 
 namespace firn {
@@ -9,10 +10,10 @@ enum class MaterialModel { neo_hookean, snow };
 
 struct Material {
   MaterialModel model = MaterialModel::snow;
-  bool plasticity = true;         // off: purely elastic
-  double density = 400;           // kg/m^3, as placed
-  double young_modulus = 1.4e5;   // Pa
-  double poisson_ratio = 0.2;     // -
+  bool plasticity = true;        // off: purely elastic
+  double density = 400;          // kg/m^3, as placed
+  double young_modulus = 1.4e5;  // Pa
+  double poisson_ratio = 0.2;    // -
   // snow: singular values of F_E are kept in [1 - critical_compression, 1 + critical_stretch]
   double critical_compression = 2.5e-2;  // theta_c
   double critical_stretch = 7.5e-3;      // theta_s
@@ -34,8 +35,8 @@ ElasticModuli elastic_moduli(const Material& material);
 
 // Of the time in which an elastic wave crosses one cell, the part that an explicit step may take.
 constexpr double kElasticCourant = 0.4;
-// s; the longest stable step of this snow as placed (unhardened, at rest) on a grid of spacing dx (m). Packed snow needs
-// shorter ones: the adaptive step looks at the stiffest particle.
+// s; the longest stable step of this snow as placed (unhardened, at rest) on a grid of spacing dx (m). Packed
+// snow needs shorter ones: the adaptive step looks at the stiffest particle.
 double stable_dt(const Material& material, double dx);
 
 }  // namespace firn
