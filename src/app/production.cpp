@@ -264,7 +264,9 @@ ExitCode Production::interrupted(FrameGraphResult result) {
   } else {
     save_manifest("interrupted");
   }
-  progress_.say("Interrupted. " + std::to_string(manifest_.frames.size()) + " finished frames are kept in " +
+  const std::size_t kept = manifest_.frames.size();
+  progress_.say("Interrupted. " + std::to_string(kept) +
+                (kept == 1 ? " finished frame is" : " finished frames are") + " kept in " +
                 folder_.path().string() + ". Continue with: " + again);
   return ExitCode::interrupted;
 }
