@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstdlib>
 
 #include "src/core/parallel.h"
+#include "src/core/portable_math.h"
 #include "src/render/cell_lists.h"
 
 namespace firn {
@@ -19,6 +21,21 @@ constexpr std::size_t kChunk = 8192;
 constexpr int kMaxClearance = 15;  // bricks
 // Balls are entered in every cell within this of them, in cells: covers the rounding of a ray's walk.
 constexpr float kCellMargin = 1e-3f;
+
+constexpr double kCompanyReach = 2.2;  // spacings
+constexpr float kCompany = 5;  // weighted neighbours on a flat face of evenly packed particles; inside 9
+constexpr float kTorn = 1;     // below it a particle counts as lone: the same face stretched 1.6 times
+constexpr float kLoneShare = 0.7f, kStretchedShare = 1.35f;
+
+// A ball's share of its plain radius: from kCompany down it follows the local spacing, the count's inverse
+// cube root, and below kTorn it falls to kLoneShare.
+float radius_share(float company) {
+  const auto spacing = static_cast<float>(portable_cbrt(kCompany / std::max(company, kTorn)));
+  const float stretched = std::min(spacing, kStretchedShare);
+  if (company >= 2 * kTorn) return stretched;
+  const float t = company / (2 * kTorn);
+  return kLoneShare + (stretched - kLoneShare) * t * t * (3 - 2 * t);
+}
 
 struct CellRange {
   int low[3], high[3];  // inclusive
@@ -173,14 +190,11 @@ void RenderGrid::find_core() {
   });
 }
 
-// A lone particle is drawn near the ball of its own volume (0.62 spacings); among others it must be larger to
-// close the gaps. Between the two by the number of neighbours, each weighted by (1 - d^2/R^2)^2: the count is
-// smooth in time.
-void RenderGrid::shrink_lone_balls() {
-  constexpr double kCompanyReach = 1.5;  // R in spacings
-  constexpr float kLoneShare = 0.7f,
-                  kCompany = 0.8f;  // evenly packed particles count 2.0, on a flat face 1.4
-  const auto reach = static_cast<float>(kCompanyReach * layout_.spacing);
+// Fits the balls to their surroundings. Snow that stretches stays closed until it tears: its balls grow with
+// the local spacing. A lone particle is drawn near the ball of its own volume (0.62 spacings). The measure is
+// the number of neighbours within 2.2 spacings, each weighted by (1 - d^2/R^2)^2, so that radii change
+// smoothly in time.
+void RenderGrid::fit_radii() {
   std::vector<float> share(radius_.size(), 1.f);
   parallel_for(brick_of_slot_.size(), 4, [&](std::size_t slot) {
     if (core_[slot]) return;
@@ -192,29 +206,33 @@ void RenderGrid::shrink_lone_balls() {
       const int cell[3] = {corner[0] + (c >> 4), corner[1] + (c >> 2 & 3), corner[2] + (c & 3)};
       const std::size_t place = slot * kCellsPerBrick + c;
       for (std::uint64_t s = cell_start_[place]; s < cell_start_[place + 1]; ++s) {
-        const float company = neighbours(cell, s, reach, kCompany) / kCompany;
-        share[s] = company < 1 ? kLoneShare + (1 - kLoneShare) * company * company * (3 - 2 * company) : 1.f;
+        share[s] = radius_share(count_neighbours(cell, s));
       }
     }
   });
   for (std::size_t s = 0; s < share.size(); ++s) radius_[s] *= share[s];
 }
 
-// The weighted count of balls near ball s of this cell; stops at `enough`.
-float RenderGrid::neighbours(const int cell[3], std::uint64_t s, float reach, float enough) const {
+// The weighted count of balls near ball s of this cell; stops at kCompany.
+float RenderGrid::count_neighbours(const int cell[3], std::uint64_t s) const {
+  const auto reach = static_cast<float>(kCompanyReach * layout_.spacing);
   float sum = 0;
-  for (int i = 0; i < 27; ++i) {
-    const std::size_t near =
-        cell_index(view_, cell[0] + i / 9 - 1, cell[1] + i / 3 % 3 - 1, cell[2] + i % 3 - 1);
-    if (near == kNoCell) continue;
+  const auto add_cell = [&](int x, int y, int z) {
+    const std::size_t near = cell_index(view_, cell[0] + x, cell[1] + y, cell[2] + z);
+    if (near == kNoCell) return;
     for (std::uint64_t other = cell_start_[near]; other < cell_start_[near + 1]; ++other) {
       const float dx = x_[0][other] - x_[0][s], dy = x_[1][other] - x_[1][s], dz = x_[2][other] - x_[2][s];
       const float rest = 1 - (dx * dx + dy * dy + dz * dz) / (reach * reach);
       if (rest > 0 && other != s) sum += rest * rest;
     }
-    if (sum >= enough) return enough;
+  };
+  // The cells that touch this one hold most of the sum, and packed snow needs no others.
+  for (int i = 0; i < 27; ++i) add_cell(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1);
+  for (int i = 0; i < 125 && sum < kCompany; ++i) {
+    const int x = i / 25 - 2, y = i / 5 % 5 - 2, z = i % 5 - 2;
+    if (std::max({std::abs(x), std::abs(y), std::abs(z)}) == 2) add_cell(x, y, z);
   }
-  return sum;
+  return std::min(sum, kCompany);
 }
 
 // Bundles of the balls that overlap each cell: gathered by groups of bricks, then laid end to end.
@@ -277,7 +295,7 @@ void RenderGrid::build(const Snapshot& snapshot, const std::vector<SnowLook>& lo
   sort_balls(snapshot);
   publish();
   find_core();
-  shrink_lone_balls();
+  fit_radii();
   fill_bundles();
   fill_strays();
   view_.bundle_start = bundle_start_.data();

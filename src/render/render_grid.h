@@ -50,8 +50,8 @@ class RenderGrid {
   void measure_clearance();
   void sort_balls(const Snapshot& snapshot);
   void find_core();
-  void shrink_lone_balls();
-  float neighbours(const int cell[3], std::uint64_t s, float reach, float enough) const;
+  void fit_radii();
+  float count_neighbours(const int cell[3], std::uint64_t s) const;
   void fill_bundles();
   void fill_strays();
   void publish();
