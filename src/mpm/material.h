@@ -34,7 +34,7 @@ struct ElasticModuli {
 ElasticModuli elastic_moduli(const Material& material);
 
 // Of the time in which an elastic wave crosses one cell, the part that an explicit step may take.
-constexpr double kElasticCourant = 0.4;
+constexpr double kElasticCourant = 0.6;
 // s; the longest stable step of this snow as placed (unhardened, at rest) on a grid of spacing dx (m). Packed
 // snow needs shorter ones: the adaptive step looks at the stiffest particle.
 double stable_dt(const Material& material, double dx);

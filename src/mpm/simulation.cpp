@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "src/core/error.h"
-#include "src/core/parallel.h"
 #include "src/mpm/state.h"
 
 namespace firn {
@@ -14,12 +13,7 @@ Simulation::Simulation(const kernels::KernelTable& kernels, SimulationSetup setu
     : state_(std::make_unique<State>(kernels, std::move(setup))) {
   place_particles(*state_);
   state_->rebuild_grid();
-  State& s = *state_;
-  parallel_for(s.blocks.size(), 4, [&](std::size_t b) {
-    s.kernels.mpm.summarise(s.materials.data(), s.particles.view(),
-                            {s.blocks.begin[b], s.blocks.begin[b + 1]}, &s.summaries[b]);
-  });
-  s.summary = combine(s.summaries);
+  state_->summarise();
 }
 
 Simulation::~Simulation() = default;
@@ -58,10 +52,11 @@ TimeStep Simulation::stable_step() const {
 std::size_t Simulation::particle_count() const { return state_->particles.size(); }
 std::size_t Simulation::grid_blocks() const { return state_->grid.size(); }
 
-std::size_t Simulation::resident_bytes() const {
-  const State& s = *state_;
-  return s.particles.resident_bytes() + s.blocks.resident_bytes() + s.sorter.resident_bytes() +
-         s.grid.resident_bytes() + s.summaries.capacity() * sizeof(kernels::BlockSummary);
+std::size_t Simulation::resident_bytes() const { return state_->resident_bytes(); }
+
+std::size_t Simulation::State::resident_bytes() const {
+  return particles.resident_bytes() + blocks.resident_bytes() + sorter.resident_bytes() +
+         grid.resident_bytes() + summaries.capacity() * sizeof(kernels::BlockSummary);
 }
 
 std::size_t estimate_bytes(std::size_t particles, std::size_t occupied_blocks) {

@@ -47,11 +47,15 @@ struct Simulation::State {
 
   // step.cpp
   void step(double dt);
+  kernels::StepParams step_params(double dt) const;
   void sort();
   void rebuild_grid();
   void particles_to_grid(const kernels::StepParams& params);
   void update_grid(const kernels::StepParams& params);
   void grid_to_particles(const kernels::StepParams& params);
+  void summarise();  // `summary` of the particles as they stand
+
+  std::size_t resident_bytes() const;
 
   // stability.cpp: throws an unstable Error that names step, particle and likely cause.
   void check_stability(double dt) const;

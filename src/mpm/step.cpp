@@ -16,17 +16,6 @@ namespace firn {
 
 namespace {
 
-kernels::StepParams step_params(const Simulation::State& state, double dt) {
-  kernels::StepParams params{};
-  params.dt = static_cast<float>(dt);
-  params.dx = static_cast<float>(state.setup.dx);
-  params.inv_dx = static_cast<float>(1 / state.setup.dx);
-  for (int axis = 0; axis < 3; ++axis)
-    params.gravity_dt[axis] = static_cast<float>(state.setup.gravity[axis] * dt);
-  params.mass_floor = state.mass_floor;
-  return params;
-}
-
 kernels::ParticleRange range_of(const ParticleBlocks& blocks, std::size_t b) {
   return {blocks.begin[b], blocks.begin[b + 1]};
 }
@@ -94,8 +83,25 @@ void Simulation::State::grid_to_particles(const kernels::StepParams& params) {
   summary = combine(summaries);
 }
 
+void Simulation::State::summarise() {
+  parallel_for(blocks.size(), 4, [&](std::size_t b) {
+    kernels.mpm.summarise(materials.data(), particles.view(), range_of(blocks, b), &summaries[b]);
+  });
+  summary = combine(summaries);
+}
+
+kernels::StepParams Simulation::State::step_params(double dt) const {
+  kernels::StepParams params{};
+  params.dt = static_cast<float>(dt);
+  params.dx = static_cast<float>(setup.dx);
+  params.inv_dx = static_cast<float>(1 / setup.dx);
+  for (int axis = 0; axis < 3; ++axis) params.gravity_dt[axis] = static_cast<float>(setup.gravity[axis] * dt);
+  params.mass_floor = mass_floor;
+  return params;
+}
+
 void Simulation::State::step(double dt) {
-  const kernels::StepParams params = step_params(*this, dt);
+  const kernels::StepParams params = step_params(dt);
   if (summary.strayed) sort();
   particles_to_grid(params);
   update_grid(params);

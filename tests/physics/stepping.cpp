@@ -66,7 +66,7 @@ TEST_CASE("the step adapts to packed snow and says so", "[physics]") {
   setup.colliders.push_back(plane(Vec3(0, -0.06, 0), Vec3(0, 1, 0), Contact::sticky, 0));
   Simulation simulation(best_kernels(), setup);
   const TimeStep fresh = simulation.stable_step();
-  CHECK(fresh.dt == Approx(0.4 * 0.01 / 19.72).epsilon(1e-3));
+  CHECK(fresh.dt == Approx(kElasticCourant * 0.01 / 19.72).epsilon(1e-3));
   CHECK(contains(fresh.cause, "fresh snow, 19.7 m/s"));
   simulation.advance_to(0.02, kNeverStop);
   const TimeStep packed = simulation.stable_step();
