@@ -196,7 +196,7 @@ TEST_CASE("snow that only touches other snow and the ground is no overlap") {
 TEST_CASE("a fixed time step above the stable bound needs force") {
   const std::string text = kBall + "[simulation]\ndx = 0.01\ndt = 0.001";
   CHECK_REFUSES(build_simulation(test::read(text)),
-                "scene.toml:7:1: dt = 0.001 s is above the stable bound 0.000203 s");
+                "scene.toml:7:1: dt = 0.001 s is above the stable bound 0.000304 s");
   CHECK(*build_simulation(test::read(text), true).fixed_dt == 0.001);
   CHECK(*build_simulation(test::read(kBall + "[simulation]\ndx = 0.01\ndt = 2e-4")).fixed_dt == 2e-4);
   CHECK_FALSE(build_simulation(test::read(kBall + "[simulation]\ndt = \"auto\"")).fixed_dt.has_value());
