@@ -53,6 +53,16 @@ struct Counters {
   kernels::BlockSummary summary;
 };
 
+// Blocks in ascending order whose ranges cover the particles without a gap.
+bool consistent(const ParticleBlocks& blocks, std::size_t particles) {
+  if (blocks.begin.front() != 0 || blocks.begin.back() != particles) return false;
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    if (!addressable(blocks.coord[b]) || blocks.begin[b] >= blocks.begin[b + 1]) return false;
+    if (b > 0 && blocks.key[b] <= blocks.key[b - 1]) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 void Simulation::save(std::ostream& out) const {
@@ -105,6 +115,7 @@ void Simulation::load(std::istream& in) {
   read(in, blocks.coord.data(), c.blocks);
   read(in, blocks.begin.data(), c.blocks + 1);
   for (const BlockCoord& b : blocks.coord) blocks.key.push_back(block_key(b));
+  if (!consistent(blocks, c.particles)) throw Error(ExitCode::io, "", "the saved simulation is damaged");
   ParticleColumns particles;
   particles.allocate(c.particles);
   for (std::size_t k = 0; k < kColumns; ++k) read(in, particles.column(k), c.particles);
