@@ -82,7 +82,7 @@ void fill_particle(const kernels::ParticleView& p, std::size_t i, const LatticeP
     p.C[k][i] = static_cast<float>(gradient(k / 3, k % 3));
     p.F[k][i] = k % 4 == 0 ? 1.f : 0.f;
   }
-  p.Jp[i] = 1.f;
+  p.Jp[i] = snow.packing.empty() ? 1.f : snow.packing[index];
   p.m[i] = static_cast<float>(snow.particle_mass);
   p.V0[i] = static_cast<float>(snow.particle_volume);
 }
@@ -155,6 +155,7 @@ void place_particles(Simulation::State& state) {
     state.materials.push_back(material_params(snow.material));
     snow.position = {};
     snow.velocity = {};
+    snow.packing = {};
   }
 }
 

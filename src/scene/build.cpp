@@ -10,6 +10,7 @@
 #include "src/core/error.h"
 #include "src/core/parallel.h"
 #include "src/core/rng.h"
+#include "src/scene/clumps.h"
 #include "src/scene/emit.h"
 #include "src/scene/place_shape.h"
 #include "src/scene/scene.h"
@@ -18,7 +19,8 @@
 namespace firn {
 namespace {
 
-constexpr std::uint64_t kJitterKey = 0x717;  // a stream of its own among the random numbers
+// Streams of their own among the random numbers.
+constexpr std::uint64_t kJitterKey = 0x717, kClumpKey = 0xc1;
 
 std::string snow_table(std::size_t index) { return "snow[" + std::to_string(index) + "]"; }
 
@@ -33,7 +35,7 @@ double narrowest(const SceneConfig& scene, std::size_t index) {
 PlacedSnow place(const SceneConfig& scene, std::size_t index, const std::vector<Shape>& shapes,
                  double spacing) {
   const SnowConfig& config = scene.snow[index];
-  PlacedSnow snow{config.name, config.material, {}, {}, 0, 0};
+  PlacedSnow snow{config.name, config.material, {}, {}, {}, 0, 0};
   double total = 0;
   for (std::size_t s = 0; s < shapes.size(); ++s) {
     const Vec3 center = world_bounds(shapes[s]).center();
@@ -52,6 +54,10 @@ PlacedSnow place(const SceneConfig& scene, std::size_t index, const std::vector<
   // The shape's true volume is shared out, so that density times volume is the mass that was asked for.
   snow.particle_volume = total / static_cast<double>(snow.position.size());
   snow.particle_mass = snow.particle_volume * config.material.density;
+  if (config.looseness > 0) {
+    snow.packing = clump_packing(snow.position, config.looseness, config.clump_size,
+                                 hash_keys(scene.simulation.seed, kClumpKey, index));
+  }
   return snow;
 }
 

@@ -43,6 +43,8 @@ struct SnowConfig {
   std::optional<double> mu,
       lambda;  // Pa; as written, turned into Young's modulus and Poisson's ratio when read
   int particles_per_cell = 8;
+  double looseness = 0;        // along the borders of clumps: Jp starts at 1 + looseness there
+  double clump_size = 0.03;    // m
   bool allow_overlap = false;  // with other snow and with colliders at the start
   SnowLook look;
 };

@@ -126,6 +126,12 @@ TableSpec snow_table() {
   add_material_keys(t);
   t.key("particles_per_cell", &SnowConfig::particles_per_cell,
         {.range = between(1, 1000), .meaning = "8 is usual; fewer tear earlier, more cost time"});
+  t.key("looseness", &SnowConfig::looseness,
+        {.range = between(0, 1),
+         .meaning = "0: even; above: seams between clumps start with Jp = 1 + looseness, where the snow "
+                    "breaks first"});
+  t.key("clump_size", &SnowConfig::clump_size,
+        {.unit = "m", .range = above(0), .meaning = "mean distance of clumps"});
   t.key("allow_overlap", &SnowConfig::allow_overlap,
         {.meaning = "start inside other snow or a collider without an error"});
   const auto look = [](auto member) {

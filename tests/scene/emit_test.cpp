@@ -3,9 +3,11 @@
 // volume.
 #include "src/scene/emit.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
+#include "src/scene/clumps.h"
 #include "tests/catch.h"
 #include "tests/scene/read_text.h"
 #include "tests/scene/refuses.h"
@@ -151,4 +153,25 @@ TEST_CASE("flakes are scattered in their region, apart from one another, each wi
   std::string crowded = text;
   crowded.replace(crowded.find("200"), 3, "90000");
   CHECK_REFUSES(build(crowded), "of 90000 flakes fit into the region");
+}
+
+TEST_CASE("clumps have the packing of the material inside and are looser where two of them meet") {
+  const auto points = fill_shape(kBall, 0.05, 5);
+  const auto packing = clump_packing(points, 0.4, 0.5, 9);
+  const auto [least, most] = std::minmax_element(packing.begin(), packing.end());
+  CHECK(*least == 1.f);
+  CHECK(*most <= 1.4f);
+  CHECK(*most > 1.35f);
+  const auto even = std::count(packing.begin(), packing.end(), 1.f);
+  CHECK(even > static_cast<long>(packing.size()) / 4);
+  CHECK(even < static_cast<long>(packing.size()) * 9 / 10);
+  CHECK(packing == clump_packing(points, 0.4, 0.5, 9));
+  CHECK(packing != clump_packing(points, 0.4, 0.5, 10));
+}
+
+TEST_CASE("snow without looseness starts evenly packed") {
+  const std::string ball = "[[snow]]\nshape = \"ball\"\ncenter = [1, 2, 3]\nradius = 0.1\n";
+  CHECK(build(ball).snow[0].packing.empty());
+  const auto uneven = build(ball + "looseness = 0.2\n");
+  CHECK(uneven.snow[0].packing.size() == uneven.snow[0].position.size());
 }
