@@ -90,6 +90,7 @@ void add_commands(CLI::App& app, Typed& typed) {
   auto* params =
       add_command(app, typed, "params", "Print every scene key: type, unit, default, range, meaning");
   params->add_option("PREFIX", typed.options.target, "Only keys that begin so, e.g. snow or image.width");
+  params->add_flag("--markdown", typed.options.markdown, "Print the page docs/scene_format.md instead");
   add_command(app, typed, "info", "Print version, compiler, CPU, instruction sets and features");
 }
 

@@ -21,7 +21,8 @@ struct Options {
   bool overwrite = false;
   bool quiet = false;
   bool overlap = true;
-  int threads = 0;  // 0: all
+  bool markdown = false;  // params: as the page docs/scene_format.md
+  int threads = 0;        // 0: all
   std::string isa = "auto";
   std::optional<std::string> out;
   std::optional<std::pair<int, int>> frames;  // both included

@@ -7,7 +7,11 @@
 namespace firn {
 
 ExitCode params_command(const Options& options) {
-  print_params(std::cout, options.target);
+  if (options.markdown) {
+    std::cout << scene_format_markdown();
+  } else {
+    print_params(std::cout, options.target);
+  }
   return ExitCode::ok;
 }
 
