@@ -43,7 +43,8 @@ void restore(Production& run, SimulatedSnow& snow, int first) {
   const auto& scene = run.manifest().scene;
   Checkpoint checkpoint = read_checkpoint(path, hash_bytes(scene.data(), scene.size()));
   if (!covers(checkpoint, run.manifest(), first)) {
-    if (first > 0) run.progress().say("The checkpoint is newer than the frames: simulating again from the start.");
+    if (first > 0)
+      run.progress().say("The checkpoint is newer than the frames: simulating again from the start.");
     return;
   }
   snow.restore(std::move(checkpoint), run.manifest().ahead);
