@@ -40,7 +40,7 @@ TEST_CASE("samples of different pixels and pairs are not correlated") {
 }
 
 TEST_CASE("cosine directions have the mean 2/3 along the normal and stay above the surface") {
-  for (const Vec3f n : {Vec3f(0, 0, 1), Vec3f(0, 0, -1), Vec3f(0.6f, -0.8f, 0)}) {
+  for (const Vec3f& n : {Vec3f(0, 0, 1), Vec3f(0, 0, -1), Vec3f(0.6f, -0.8f, 0)}) {
     const Sampler sampler(2, 0, 9);
     Vec3f sum = Vec3f::Zero();
     for (std::uint32_t s = 0; s < 4096; ++s) {
