@@ -86,7 +86,7 @@ FIRN_INLINE void load_gathered(const Gathered& g, int slot, float c_scale, Vec3&
 }
 
 FIRN_INLINE Ints move(const ParticleView& p, int axis, Batch b, Floats displacement) {
-  const Ints x = load_first(p.x[axis] + b.first, b.count, 0) + round_to_int(displacement);
+  const Ints x = wrapping_add(load_first(p.x[axis] + b.first, b.count, 0), round_to_int(displacement));
   store_first(p.x[axis] + b.first, b.count, x);
   return x;
 }

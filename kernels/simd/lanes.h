@@ -134,6 +134,12 @@ FIRN_INLINE Floats copy_sign(Floats size, Floats sign) {
 }
 FIRN_INLINE Floats square(Floats a) { return a * a; }
 
+// Wraps around instead of overflowing: in a simulation that has blown up, before the step's check finds it.
+FIRN_INLINE Ints wrapping_add(Ints a, Ints b) {
+  typedef std::uint32_t Bits __attribute__((vector_size(4 * kLanes)));
+  return (Ints)((Bits)a + (Bits)b);
+}
+
 // The first `count` lanes from p, the others `fill`: the last batch of a range reads nothing that is not its
 // own.
 FIRN_INLINE Floats load_first(const float* p, int count, float fill) {

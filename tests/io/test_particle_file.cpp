@@ -48,7 +48,7 @@ TEST_CASE("A particle file reads back bit for bit") {
     Snapshot in = read_particle_file(scratch / "p.firn");
     REQUIRE(in.size() == count);
     CHECK(same(in, out));
-    CHECK(std::memcmp(in.x[2].data(), out.x[2].data(), 4 * count) == 0);
+    CHECK((count == 0 || std::memcmp(in.x[2].data(), out.x[2].data(), 4 * count) == 0));
     CHECK(in.object == out.object);
   }
 }
