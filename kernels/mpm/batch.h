@@ -17,6 +17,19 @@ FIRN_INLINE Batch batch_at(const ParticleRange& range, std::size_t first) {
   return {first, left < kLanes ? static_cast<int>(left) : kLanes};
 }
 
+// Calls f with the batch at `first` and returns its count. A full batch has its count as a constant, so that
+// the compiler makes one body without masks for it and one with masks for the last batch of a range.
+template <class F>
+FIRN_INLINE int with_batch(const ParticleRange& range, std::size_t first, F&& f) {
+  const Batch b = batch_at(range, first);
+  if (b.count == kLanes) [[likely]] {
+    f(Batch{first, kLanes});
+  } else {
+    f(b);
+  }
+  return b.count;
+}
+
 FIRN_INLINE Floats load(const float* column, Batch b, float fill) {
   return load_first(column + b.first, b.count, fill);
 }

@@ -34,6 +34,10 @@ struct NeoHookean {
     return (splat(p.mu) * (one + stretch2) + bulk) * splat(p.inverse_density);
   }
 
+  static FIRN_INLINE Mask yields(const MaterialParams& p, const Mat3& f) {
+    return !inside_box(f, splat(p.sigma_min), splat(p.sigma_max));
+  }
+
   // The clamp of the source paper; Jp is kept for the density only.
   static FIRN_INLINE Mask project(const MaterialParams& p, Mat3& f, Floats& jp, Mask active) {
     return clamp_into_jp(p, f, jp, active);

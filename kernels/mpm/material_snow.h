@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Snow after Stomakhin et al. 2013, sections 5 and 6: fixed corotated, tau = 2 mu (F - R) F^T + lambda (J -
-// 1) J I, with mu and lambda scaled by exp(xi (1 - Jp)). With G = sqrt(F F^T) - I the first term is 2 mu (G +
-// G^2).
+// 1) J I, with mu and lambda scaled by exp(xi (1 - Jp)). With E = F F^T - I and G = sqrt(F F^T) - I the first
+// term is 2 mu (G + G^2) = 2 mu (E - G).
 #pragma once
 #include "kernels/mpm/clamp.h"
 #include "kernels/mpm/stretch.h"
@@ -16,24 +16,26 @@ struct Snow {
   }
 
   static FIRN_INLINE Sym3 stress(const MaterialParams& p, const Mat3& f, Floats jp) {
-    const Floats h = hardening(p, jp);
-    const Sym3 g = stretch_less_identity(f);
-    const Floats j = det(f);
-    return add_diagonal((g + commuting_product(g, g)) * (splat(2.f * p.mu) * h),
-                        splat(p.lambda) * h * (j - splat(1.f)) * j);
+    const Floats h = hardening(p, jp), j = det(f);
+    const Stretch s = stretch_of(f, j);
+    return add_diagonal((s.e - s.g) * (splat(2.f * p.mu) * h), splat(p.lambda) * h * (j - splat(1.f)) * j);
   }
 
   // psi = mu sum (s_i - 1)^2 + lambda/2 (J - 1)^2
   static FIRN_INLINE Floats energy(const MaterialParams& p, const Mat3& f, Floats jp) {
-    const Sym3 g = stretch_less_identity(f);
-    return hardening(p, jp) *
-           fma(splat(p.mu), norm2(g), splat(0.5f * p.lambda) * square(det(f) - splat(1.f)));
+    const Floats j = det(f);
+    const Stretch s = stretch_of(f, j);
+    return hardening(p, jp) * fma(splat(p.mu), norm2(s.g), splat(0.5f * p.lambda) * square(j - splat(1.f)));
   }
 
   // Spatial speed of a uniaxial wave, F^2 (lambda + 2 mu) h / rho0.
   static FIRN_INLINE Floats wave_speed2(const MaterialParams& p, const Mat3& f, Floats jp) {
     const Floats stretch2 = max(splat(1.f), norm2(f) - splat(2.f));
     return hardening(p, jp) * (splat((p.lambda + 2.f * p.mu) * p.inverse_density) * stretch2);
+  }
+
+  static FIRN_INLINE Mask yields(const MaterialParams& p, const Mat3& f) {
+    return !inside_box(f, splat(p.sigma_min), splat(p.sigma_max));
   }
 
   // Stretches beyond [1 - theta_c, 1 + theta_s] become plastic; Jp hardens or softens what is left.

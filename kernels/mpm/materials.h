@@ -20,21 +20,27 @@ FIRN_INLINE void with_material(MaterialKind kind, F&& f) {
   }
 }
 
-// Calls f(model, params, mask) for every object in the batch; the masks are disjoint and cover its particles.
+// Calls f(model, params, mask) for every object among the lanes; the masks are disjoint and cover them all.
 template <class F>
-FIRN_INLINE void for_each_object(const MaterialParams* materials, const std::uint32_t* objects, Batch b,
-                                 F&& f) {
-  const std::int32_t* column = reinterpret_cast<const std::int32_t*>(objects);
-  const Ints object = load_first(column + b.first, b.count, column[b.first]);
+FIRN_INLINE void for_each_object(const MaterialParams* materials, Ints object, F&& f) {
+  alignas(64) std::int32_t of_lane[kLanes];
+  store(of_lane, object);
   int left = kAllLanes;
   while (left != 0) {
-    const int lane = __builtin_ctz(static_cast<unsigned>(left));
-    const std::int32_t first = lane < b.count ? column[b.first + lane] : column[b.first];
+    const std::int32_t first = of_lane[__builtin_ctz(static_cast<unsigned>(left))];
     const Mask mask = equal(object, splat_int(first));
     const MaterialParams& params = materials[first];
     with_material(params.kind, [&](auto model) FIRN_INLINE_LAMBDA { f(model, params, mask); });
     left &= ~lane_bits(mask);
   }
+}
+
+// The same for a batch; inert lanes count as its first particle's object.
+template <class F>
+FIRN_INLINE void for_each_object(const MaterialParams* materials, const std::uint32_t* objects, Batch b,
+                                 F&& f) {
+  const std::int32_t* column = reinterpret_cast<const std::int32_t*>(objects) + b.first;
+  for_each_object(materials, load_first(column, b.count, column[0]), f);
 }
 
 }  // namespace firn::kernels::FIRN_ISA

@@ -60,7 +60,9 @@ int project(const MaterialParams* materials, const ParticleView& p, ParticleRang
     Floats jp = load(p.Jp, b, 1.f);
     for_each_object(materials, p.object, b,
                     [&](auto model, const MaterialParams& params, Mask mask) FIRN_INLINE_LAMBDA {
-                      if (params.plastic) summary.add_clamped(model.project(params, f, jp, mask), b.count);
+                      if (!params.plastic) return;
+                      const Mask yielding = mask & model.yields(params, f);
+                      if (any(yielding)) summary.add_clamped(model.project(params, f, jp, yielding), b.count);
                     });
     store_mat3(p.F, b, f);
     store_first(p.Jp + b.first, b.count, jp);

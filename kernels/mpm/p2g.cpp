@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Particles -> tile: m_i += w m, (mv)_i += w (m v + (m C - dt V0 4/dx^2 tau)(x_i - x_p)) (Hu et al. 2018).
-// Stress and the affine matrix are computed with one particle a lane, transposed to one record a particle,
-// and each record is spread with nodes in lanes. Particles of one cell follow one another, so their nine rows
-// are summed in registers and reach the tile when the cell changes. Batches are cut from the range's start at
-// kBatch particles on every instruction set: the order of additions, and so the bits, are the same.
+// Stress and the affine matrix are computed with one particle a lane, transposed to records of four floats,
+// and each particle is spread with nodes in lanes. Particles of one cell follow one another, so their nine
+// rows are summed in registers and reach the tile when the cell changes. Batches are cut from the range's
+// start at kBatch particles on every instruction set: the order of additions, and so the bits, are the same.
 #include "kernels/mpm/materials.h"
 #include "kernels/mpm/stencil.h"
 
@@ -11,9 +11,13 @@ namespace firn::kernels::FIRN_ISA {
 
 namespace {
 
-// One particle as it goes to the grid: m v and m, then the columns of dx (m C - dt V0 4/dx^2 tau).
-struct Records {
-  alignas(64) float of[kBatch][16];
+// A batch on its way to the grid. With A = dx (m C - dt V0 4/dx^2 tau), d in cells:
+struct Scattered {
+  alignas(64) std::int32_t offset[kBatch];
+  alignas(64) float w_xy[9][kBatch];  // w_x w_y of the nine rows
+  Records4 w_z;                       // of the three nodes of a row; 0
+  Records4 corner;                    // m v + A d and m at the stencil's first node
+  Records4 along[3];                  // columns of A; 0
 };
 
 FIRN_INLINE Sym3 batch_stress(const MaterialParams* materials, const ParticleView& p, Batch b) {
@@ -29,61 +33,54 @@ FIRN_INLINE Sym3 batch_stress(const MaterialParams* materials, const ParticleVie
   return tau;
 }
 
-FIRN_INLINE void fill_records(const StepParams& step, const MaterialParams* materials, const ParticleView& p,
-                              Batch b, int slot, Records& out) {
-  const Floats m = load(p.m, b, 0.f);
+FIRN_INLINE void fill_weights(const Place& at, int slot, Scattered& out) {
+  store(out.offset + slot, at.offset);
+  const Floats wx[3] = {weight0(at.x), weight1(at.x), weight2(at.x)};
+  const Floats wy[3] = {weight0(at.y), weight1(at.y), weight2(at.y)};
+#pragma GCC unroll 9
+  for (int ij = 0; ij < 9; ++ij) store(out.w_xy[ij] + slot, wx[ij / 3] * wy[ij % 3]);
+  store_records(weight0(at.z), weight1(at.z), weight2(at.z), splat(0.f), slot, out.w_z);
+}
+
+FIRN_INLINE void fill_momentum(const StepParams& step, const MaterialParams* materials, const ParticleView& p,
+                               Batch b, const Place& at, int slot, Scattered& out) {
+  const Sym3 tau = batch_stress(materials, p, b) * (load(p.V0, b, 0.f) * splat(-4.f * step.dt * step.inv_dx));
+  const Floats m = load(p.m, b, 0.f), mdx = m * splat(step.dx), zero = splat(0.f);
   const Vec3 v = load_vec3(p.v, b);
   const Mat3 c = load_mat3(p.C, b, 0.f);
-  const Sym3 tau = batch_stress(materials, p, b) * (load(p.V0, b, 0.f) * splat(-4.f * step.dt * step.inv_dx));
-  const Floats mdx = m * splat(step.dx);
-  const Floats zero = splat(0.f);
-  Floats r[16] = {m * v.x,
-                  m * v.y,
-                  m * v.z,
-                  m,
-                  fma(mdx, c.m[0], tau.xx),
-                  fma(mdx, c.m[3], tau.xy),
-                  fma(mdx, c.m[6], tau.xz),
-                  zero,
-                  fma(mdx, c.m[1], tau.xy),
-                  fma(mdx, c.m[4], tau.yy),
-                  fma(mdx, c.m[7], tau.yz),
-                  zero,
-                  fma(mdx, c.m[2], tau.xz),
-                  fma(mdx, c.m[5], tau.yz),
-                  fma(mdx, c.m[8], tau.zz),
-                  zero};
-#pragma GCC unroll 4
-  for (int part = 0; part < 16 / kLanes; ++part) {
-    transpose(r + part * kLanes);
-#pragma GCC unroll 16
-    for (int l = 0; l < kLanes; ++l) store(out.of[slot + l] + part * kLanes, r[part * kLanes + l]);
-  }
+  const Vec3 ax{fma(mdx, c.m[0], tau.xx), fma(mdx, c.m[3], tau.xy), fma(mdx, c.m[6], tau.xz)};
+  const Vec3 ay{fma(mdx, c.m[1], tau.xy), fma(mdx, c.m[4], tau.yy), fma(mdx, c.m[7], tau.yz)};
+  const Vec3 az{fma(mdx, c.m[2], tau.xz), fma(mdx, c.m[5], tau.yz), fma(mdx, c.m[8], tau.zz)};
+  const Floats half = splat(-0.5f);
+  const Vec3 corner =
+      add_scaled(add_scaled(add_scaled(v * m, az, half - at.z), ax, half - at.x), ay, half - at.y);
+  store_records(corner.x, corner.y, corner.z, m, slot, out.corner);
+  store_records(ax.x, ax.y, ax.z, zero, slot, out.along[0]);
+  store_records(ay.x, ay.y, ay.z, zero, slot, out.along[1]);
+  store_records(az.x, az.y, az.z, zero, slot, out.along[2]);
 }
+
+// z-node k in the four floats of node k.
+alignas(64) constexpr float kStep[kRowFloats] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3};
 
 // Part `part` of the rows of particles [first, last), which share one cell. The parts of a run follow one
 // another directly: a node gets its sums in the order of the runs at every register width.
 template <int part>
-FIRN_INLINE void spread_run(const Stencils& s, const Records& records, int first, int last, float* tile) {
+FIRN_INLINE void spread_run(const Scattered& s, int first, int last, float* tile) {
   Floats sum[9];
 #pragma GCC unroll 9
   for (int ij = 0; ij < 9; ++ij) sum[ij] = splat(0.f);
+  const Floats steps = load(kStep + part * kLanes);
   for (int l = first; l < last; ++l) {
-    const float* record = records.of[l];
-    const Floats fz = splat(s.fraction[2][l]);
-    const Floats wz = row_weight(part, fz);
-    const Floats ax = load_repeated4(record + 4), ay = load_repeated4(record + 8);
-    Floats q = fma(load_repeated4(record + 12), row_distance(part, fz), load_repeated4(record));
-    q = fma(ax, splat(-0.5f - s.fraction[0][l]), q);
-    q = fma(ay, splat(-0.5f - s.fraction[1][l]), q);
-    q = q * wz;
-    const Floats step_x = ax * wz, step_y = ay * wz;
+    const Floats wz = load_spread4(s.w_z[l], part);
+    const Floats step_x = load_repeated4(s.along[0][l]) * wz, step_y = load_repeated4(s.along[1][l]) * wz;
+    Floats q = fma(load_repeated4(s.along[2][l]), steps, load_repeated4(s.corner[l])) * wz;
 #pragma GCC unroll 3
     for (int i = 0; i < 3; ++i) {
       Floats row = q;
 #pragma GCC unroll 3
       for (int j = 0; j < 3; ++j) {
-        sum[3 * i + j] = fma(row, splat(s.wx[i][l] * s.wy[j][l]), sum[3 * i + j]);
+        sum[3 * i + j] = fma(row, splat(s.w_xy[3 * i + j][l]), sum[3 * i + j]);
         row = row + step_y;
       }
       q = q + step_x;
@@ -97,15 +94,14 @@ FIRN_INLINE void spread_run(const Stencils& s, const Records& records, int first
   }
 }
 
-FIRN_INLINE void spread(const Stencils& s, const Records& records, int count, float* tile) {
+FIRN_INLINE void spread(const Scattered& s, int count, float* tile) {
   for (int first = 0; first < count;) {
-    int last = first + 1;
-    while (last < count && s.offset[last] == s.offset[first]) ++last;
-    spread_run<0>(s, records, first, last, tile);
-    if constexpr (kLanes < 16) spread_run<1>(s, records, first, last, tile);
-    if constexpr (kLanes < 8) {
-      spread_run<2>(s, records, first, last, tile);
-      spread_run<3>(s, records, first, last, tile);
+    const int last = end_of_run(s.offset, first, count);
+    spread_run<0>(s, first, last, tile);
+    if constexpr (kParts > 1) spread_run<1>(s, first, last, tile);
+    if constexpr (kParts > 2) {
+      spread_run<2>(s, first, last, tile);
+      spread_run<3>(s, first, last, tile);
     }
     first = last;
   }
@@ -116,17 +112,17 @@ FIRN_INLINE void spread(const Stencils& s, const Records& records, int count, fl
 void p2g(const StepParams& step, const MaterialParams* materials, const ParticleView& p, ParticleRange range,
          float* tile) {
   for (int i = 0; i < kTileStride; i += kLanes) store(tile + i, splat(0.f));
-  Stencils stencils;
-  Records records;
+  Scattered scattered;
   for (std::size_t first = range.begin; first < range.end; first += kBatch) {
     int count = 0;
     for (int slot = 0; slot < kBatch && first + slot < range.end; slot += kLanes) {
-      const Batch b = batch_at(range, first + slot);
-      fill_stencils(p, b, slot, stencils);
-      fill_records(step, materials, p, b, slot, records);
-      count += b.count;
+      count += with_batch(range, first + slot, [&](Batch b) FIRN_INLINE_LAMBDA {
+        const Place at = place_of(p, b);
+        fill_weights(at, slot, scattered);
+        fill_momentum(step, materials, p, b, at, slot, scattered);
+      });
     }
-    spread(stencils, records, count, tile);
+    spread(scattered, count, tile);
   }
 }
 

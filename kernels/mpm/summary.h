@@ -26,6 +26,8 @@ class Summary {
     finite_ = finite_ & less(everything, splat(3e38f));
   }
 
+  FIRN_INLINE void add_wave_speed(Floats wave2) { wave2_ = max(wave2_, wave2); }
+
   FIRN_INLINE void add_clamped(Mask changed, int count) {
     clamped_ += __builtin_popcount(static_cast<unsigned>(lane_bits(changed) & ((1 << count) - 1)));
   }

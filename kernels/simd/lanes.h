@@ -53,6 +53,24 @@ FIRN_INLINE Ints round_to_int(Floats a) { return (Ints)_mm512_cvtps_epi32(a); } 
 FIRN_INLINE Floats to_float(Ints a) { return _mm512_cvtepi32_ps((__m512i)a); }
 // The four floats at p, repeated in every group of four lanes.
 FIRN_INLINE Floats load_repeated4(const float* p) { return _mm512_broadcast_f32x4(_mm_loadu_ps(p)); }
+// Part `part` of the sixteen floats in which each of the four floats at p stands four times.
+FIRN_INLINE Floats load_spread4(const float* p, int) {
+  const __m512i each = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
+  return _mm512_permutexvar_ps(each, _mm512_castps128_ps512(_mm_loadu_ps(p)));
+}
+FIRN_INLINE __mmask16 first_lanes(int count) { return static_cast<__mmask16>((1u << count) - 1); }
+FIRN_INLINE Floats load_some(const float* p, int count, float fill) {
+  return _mm512_mask_loadu_ps(splat(fill), first_lanes(count), p);
+}
+FIRN_INLINE Ints load_some(const std::int32_t* p, int count, std::int32_t fill) {
+  return (Ints)_mm512_mask_loadu_epi32((__m512i)splat_int(fill), first_lanes(count), p);
+}
+FIRN_INLINE void store_some(float* p, int count, Floats a) {
+  _mm512_mask_storeu_ps(p, first_lanes(count), a);
+}
+FIRN_INLINE void store_some(std::int32_t* p, int count, Ints a) {
+  _mm512_mask_storeu_epi32(p, first_lanes(count), (__m512i)a);
+}
 
 #elif defined(__AVX2__)
 
@@ -86,6 +104,26 @@ FIRN_INLINE Ints round_to_int(Floats a) { return (Ints)_mm256_cvtps_epi32(a); }
 FIRN_INLINE Floats to_float(Ints a) { return _mm256_cvtepi32_ps((__m256i)a); }
 FIRN_INLINE Floats load_repeated4(const float* p) {
   return _mm256_broadcast_ps(reinterpret_cast<const __m128*>(p));
+}
+FIRN_INLINE Floats load_spread4(const float* p, int part) {
+  const __m256i low = _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1);
+  const __m256i high = _mm256_setr_epi32(2, 2, 2, 2, 3, 3, 3, 3);
+  return _mm256_permutevar8x32_ps(_mm256_castps128_ps256(_mm_loadu_ps(p)), part == 0 ? low : high);
+}
+FIRN_INLINE __m256i first_lanes(int count) {
+  return _mm256_cmpgt_epi32(_mm256_set1_epi32(count), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+}
+FIRN_INLINE Floats load_some(const float* p, int count, float fill) {
+  const __m256i mask = first_lanes(count);
+  return _mm256_blendv_ps(splat(fill), _mm256_maskload_ps(p, mask), (__m256)mask);
+}
+FIRN_INLINE Ints load_some(const std::int32_t* p, int count, std::int32_t fill) {
+  const __m256i mask = first_lanes(count);
+  return (Ints)_mm256_blendv_epi8((__m256i)splat_int(fill), _mm256_maskload_epi32(p, mask), mask);
+}
+FIRN_INLINE void store_some(float* p, int count, Floats a) { _mm256_maskstore_ps(p, first_lanes(count), a); }
+FIRN_INLINE void store_some(std::int32_t* p, int count, Ints a) {
+  _mm256_maskstore_epi32(p, first_lanes(count), (__m256i)a);
 }
 
 #else
@@ -121,6 +159,23 @@ FIRN_INLINE Floats max(Floats a, Floats b) { return _mm_max_ps(a, b); }
 FIRN_INLINE Ints round_to_int(Floats a) { return (Ints)_mm_cvtps_epi32(a); }
 FIRN_INLINE Floats to_float(Ints a) { return _mm_cvtepi32_ps((__m128i)a); }
 FIRN_INLINE Floats load_repeated4(const float* p) { return _mm_loadu_ps(p); }
+FIRN_INLINE Floats load_spread4(const float* p, int part) { return _mm_set1_ps(p[part]); }
+template <class V, class T>
+FIRN_INLINE V load_lane_by_lane(const T* p, int count, T fill) {
+  V lanes;
+  for (int i = 0; i < kLanes; ++i) lanes[i] = i < count ? p[i] : fill;
+  return lanes;
+}
+FIRN_INLINE Floats load_some(const float* p, int count, float fill) {
+  return load_lane_by_lane<Floats>(p, count, fill);
+}
+FIRN_INLINE Ints load_some(const std::int32_t* p, int count, std::int32_t fill) {
+  return load_lane_by_lane<Ints>(p, count, fill);
+}
+template <class T, class V>
+FIRN_INLINE void store_some(T* p, int count, V a) {
+  for (int i = 0; i < count; ++i) p[i] = a[i];
+}
 
 #endif
 
@@ -141,30 +196,18 @@ FIRN_INLINE Ints wrapping_add(Ints a, Ints b) {
 }
 
 // The first `count` lanes from p, the others `fill`: the last batch of a range reads nothing that is not its
-// own.
-FIRN_INLINE Floats load_first(const float* p, int count, float fill) {
-  if (count >= kLanes) return load(p);
-  float lanes[kLanes];
-  for (int i = 0; i < kLanes; ++i) lanes[i] = fill;
-  for (int i = 0; i < count; ++i) lanes[i] = p[i];
-  return load(lanes);
-}
-FIRN_INLINE Ints load_first(const std::int32_t* p, int count, std::int32_t fill) {
-  if (count >= kLanes) return load(p);
-  std::int32_t lanes[kLanes];
-  for (int i = 0; i < kLanes; ++i) lanes[i] = fill;
-  for (int i = 0; i < count; ++i) lanes[i] = p[i];
-  return load(lanes);
+// own. Masked moves are slow on some machines, and only the last batch of a range needs them.
+template <class T>
+FIRN_INLINE auto load_first(const T* p, int count, T fill) {
+  return count >= kLanes ? load(p) : load_some(p, count, fill);
 }
 template <class T, class V>
 FIRN_INLINE void store_first(T* p, int count, V a) {
   if (count >= kLanes) {
     store(p, a);
-    return;
+  } else {
+    store_some(p, count, a);
   }
-  T lanes[kLanes];
-  store(lanes, a);
-  for (int i = 0; i < count; ++i) p[i] = lanes[i];
 }
 
 FIRN_INLINE float largest_lane(Floats a) {

@@ -54,6 +54,18 @@ FIRN_INLINE Mat3 advance(const Mat3& a, Floats s, const Mat3& f) {
   return out;
 }
 
+// A + S B, S symmetric
+FIRN_INLINE Mat3 add_product(const Mat3& a, const Sym3& s, const Mat3& b) {
+  const Vec3 rows[3] = {{s.xx, s.xy, s.xz}, {s.xy, s.yy, s.yz}, {s.xz, s.yz, s.zz}};
+  Mat3 out;
+#pragma GCC unroll 3
+  for (int r = 0; r < 3; ++r) {
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; ++c) out.m[3 * r + c] = a.m[3 * r + c] + dot(rows[r], column(b, c));
+  }
+  return out;
+}
+
 // A A^T
 FIRN_INLINE Sym3 times_transpose(const Mat3& a) {
   const Vec3 x = row(a, 0), y = row(a, 1), z = row(a, 2);
@@ -67,6 +79,9 @@ FIRN_INLINE Sym3 transpose_times(const Mat3& a) {
 
 FIRN_INLINE Sym3 operator*(const Sym3& a, Floats s) {
   return {a.xx * s, a.yy * s, a.zz * s, a.xy * s, a.xz * s, a.yz * s};
+}
+FIRN_INLINE Sym3 operator-(const Sym3& a, const Sym3& b) {
+  return {a.xx - b.xx, a.yy - b.yy, a.zz - b.zz, a.xy - b.xy, a.xz - b.xz, a.yz - b.yz};
 }
 FIRN_INLINE Sym3 operator+(const Sym3& a, const Sym3& b) {
   return {a.xx + b.xx, a.yy + b.yy, a.zz + b.zz, a.xy + b.xy, a.xz + b.xz, a.yz + b.yz};
@@ -90,12 +105,16 @@ FIRN_INLINE Sym3 select(Mask m, const Sym3& yes, const Sym3& no) {
           select(m, yes.xy, no.xy), select(m, yes.xz, no.xz), select(m, yes.yz, no.yz)};
 }
 
+FIRN_INLINE Floats determinant(const Sym3& a) {
+  const Vec3 x{a.xx, a.xy, a.xz}, y{a.xy, a.yy, a.yz}, z{a.xz, a.yz, a.zz};
+  return dot(x, cross(y, z));
+}
+
 // All leading minors positive (Sylvester); false for NaN.
 FIRN_INLINE Mask positive_definite(const Sym3& a) {
   const Floats zero = splat(0.f);
   const Floats minor2 = fma(a.xx, a.yy, -(a.xy * a.xy));
-  const Vec3 x{a.xx, a.xy, a.xz}, y{a.xy, a.yy, a.yz}, z{a.xz, a.yz, a.zz};
-  return less(zero, a.xx) & less(zero, minor2) & less(zero, dot(x, cross(y, z)));
+  return less(zero, a.xx) & less(zero, minor2) & less(zero, determinant(a));
 }
 
 }  // namespace firn::kernels::FIRN_ISA

@@ -41,4 +41,16 @@ FIRN_INLINE void transpose_steps(Floats* rows) {
 // rows[i][l] <-> rows[l][i], kLanes x kLanes.
 FIRN_INLINE void transpose(Floats* rows) { transpose_steps<kLanes / 2>(rows); }
 
+// Four columns -> records of four floats, within groups of four lanes: afterwards group g of rows[k] holds
+// what lane 4 g + k held. A quarter of the shuffles of a full transpose; record_of_lane says where each went.
+FIRN_INLINE void transpose_groups(Floats* rows) {
+  exchange<2>(rows[0], rows[2]);
+  exchange<2>(rows[1], rows[3]);
+  exchange<1>(rows[0], rows[1]);
+  exchange<1>(rows[2], rows[3]);
+}
+
+// Index of the first float of lane l's record among the 4 kLanes floats of transpose_groups.
+constexpr int record_of_lane(int l) { return l % 4 * kLanes + l / 4 * 4; }
+
 }  // namespace firn::kernels::FIRN_ISA

@@ -76,10 +76,10 @@ inline void test_run(const TraceGrid& grid, std::uint64_t begin, std::uint64_t e
   const Floats d[3] = {splat(ray.d[0]), splat(ray.d[1]), splat(ray.d[2])};
   for (std::uint64_t b = begin; b < end; b += kLanes) {
     const int count = end - b < kLanes ? static_cast<int>(end - b) : kLanes;
-    const Floats c[3] = {load_first(grid.x + b, count, 0) - ray.o[0],
-                         load_first(grid.y + b, count, 0) - ray.o[1],
-                         load_first(grid.z + b, count, 0) - ray.o[2]};
-    const Floats r = load_first(grid.radius + b, count, -1);
+    const Floats c[3] = {load_first(grid.x + b, count, 0.f) - ray.o[0],
+                         load_first(grid.y + b, count, 0.f) - ray.o[1],
+                         load_first(grid.z + b, count, 0.f) - ray.o[2]};
+    const Floats r = load_first(grid.radius + b, count, -1.f);
     test_lanes(
         c, d, r * abs(r), [&](int lane) { return static_cast<std::uint32_t>(b) + lane; }, best);
   }
