@@ -27,7 +27,8 @@ struct Clamped {
   Floats volume_ratio;  // before / after
 };
 
-FIRN_INLINE Clamped clamped_by_svd(const Mat3& f, Floats lo, Floats hi) {
+// Rare, and too long to stand in every kernel.
+__attribute__((noinline, cold)) inline Clamped clamped_by_svd(const Mat3& f, Floats lo, Floats hi) {
   Svd3 d;
   svd3(f, d);
   Floats s[3], before = splat(1.f), after = splat(1.f);
@@ -42,30 +43,36 @@ FIRN_INLINE Clamped clamped_by_svd(const Mat3& f, Floats lo, Floats hi) {
   return {changed, compose(d, s), before / after};
 }
 
-// Where two eigenvalues meet, their quotient is noise of at most this size: |f'| < 1.5 for e > -1/2.
+// Newton's interpolation of h at e0 <= e1 <= e2: h(E) = h0 + h01 (E - e0) + h012 (E - e0)(E - e1). Where two
+// eigenvalues meet, their quotient is noise of at most kSteepest: |f'| < 1.5 for e > -1/2.
 inline constexpr float kSteepest = 2.f;
 
-FIRN_INLINE Floats slope(Floats f0, Floats f1, Floats e0, Floats e1) {
-  const Floats quotient = (f1 - f0) / max(e1 - e0, splat(1e-12f));
-  return min(max(quotient, splat(-kSteepest)), splat(kSteepest));
+FIRN_INLINE Sym3 interpolate(const Floats (&at)[3], const Floats (&h)[3], const Sym3& e) {
+  const auto steep = [](Floats a)
+                         FIRN_INLINE_LAMBDA { return min(max(a, splat(-kSteepest)), splat(kSteepest)); };
+  const Floats tiny = splat(1e-12f);
+  const Floats d01 = max(at[1] - at[0], tiny), d12 = max(at[2] - at[1], tiny), d02 = max(at[2] - at[0], tiny);
+  const Floats inverse = splat(1.f) / (d01 * d12 * d02);
+  const Floats h01 = steep((h[1] - h[0]) * (d12 * d02 * inverse));
+  const Floats h12 = steep((h[2] - h[1]) * (d01 * d02 * inverse));
+  const Floats h012 = (h12 - h01) * (d01 * d12 * inverse);
+  const Sym3 from0 = add_diagonal(e, -at[0]), from1 = add_diagonal(e, -at[1]);
+  return add_diagonal(from0 * h01 + commuting_product(from0, from1) * h012, h[0]);
 }
 
 FIRN_INLINE Clamped clamped_by_eigenvalues(const Mat3& f, const Sym3& e, Floats lo, Floats hi) {
   const Floats one = splat(1.f);
-  Floats at[3], s[3], to[3], h[3];  // eigenvalues, stretches, clamped stretches, f - 1
+  Floats at[3], h[3];  // eigenvalues, f - 1
   eigenvalues3(e, at);
+  Mask changed = less(one, splat(0.f));
 #pragma GCC unroll 3
   for (int i = 0; i < 3; ++i) {
-    s[i] = sqrt(one + at[i]);
-    to[i] = min(max(s[i], lo), hi);
-    h[i] = (to[i] - s[i]) / s[i];
+    const Floats s = sqrt(one + at[i]), to = min(max(s, lo), hi);
+    changed = changed | less(s, to) | less(to, s);
+    h[i] = (to - s) / s;
   }
-  const Floats h01 = slope(h[0], h[1], at[0], at[1]), h12 = slope(h[1], h[2], at[1], at[2]);
-  const Floats h012 = (h12 - h01) / max(at[2] - at[0], splat(1e-12f));
-  const Sym3 from0 = add_diagonal(e, -at[0]), from1 = add_diagonal(e, -at[1]);
-  const Sym3 p = add_diagonal(from0 * h01 + commuting_product(from0, from1) * h012, h[0]);
-  return {less(s[0], to[0]) | less(to[2], s[2]) | less(to[0], s[0]) | less(s[2], to[2]), add_product(f, p, f),
-          (s[0] * s[1] * s[2]) / (to[0] * to[1] * to[2])};
+  return {changed, add_product(f, interpolate(at, h, e), f),
+          one / ((one + h[0]) * (one + h[1]) * (one + h[2]))};
 }
 
 // |E| up to which its eigenvalues are used.
@@ -79,7 +86,8 @@ FIRN_INLINE Mask clamp_into_jp(const MaterialParams& p, Mat3& f, Floats& jp, Mas
   const Mask near = less(norm2(e), splat(kNearRotation * kNearRotation)) & less(splat(0.f), det(f));
   Clamped c = clamped_by_eigenvalues(f, e, lo, hi);
   if (!all(near)) [[unlikely]] {
-    const Clamped exact = clamped_by_svd(f, lo, hi);
+    const Mat3 copy = f;  // f itself stays in registers
+    const Clamped exact = clamped_by_svd(copy, lo, hi);
     c = {(near & c.changed) | ((!near) & exact.changed), select(near, c.f, exact.f),
          select(near, c.volume_ratio, exact.volume_ratio)};
   }

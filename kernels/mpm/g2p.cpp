@@ -38,9 +38,9 @@ FIRN_INLINE void update_particles(const StepParams& step, const MaterialParams* 
                   [&](auto model, const MaterialParams& params, Mask mask) FIRN_INLINE_LAMBDA {
                     wave2 = select(mask, model.wave_speed2(params, f, jp), wave2);
                     if (!params.plastic) return;
-                    const Mask yields = mask & model.yields(params, f);
+                    const Mask yields = mask & model.yields(params, f) & mask_of_first(b.count);
                     wave2 = select(yields, zero, wave2);  // known when they are projected
-                    yielding.add(b, yields);
+                    if (any(yields)) yielding.add(p, b, f, jp, yields);
                   });
   summary.add_motion(v, c, f, jp, wave2);
 }
@@ -50,8 +50,8 @@ FIRN_INLINE void update_particles(const StepParams& step, const MaterialParams* 
 void g2p(const StepParams& step, const MaterialParams* materials, const ParticleView& p, ParticleRange range,
          const float* tile, BlockSummary* out) {
   GatherWeights weights;
-  Gathered gathered{};
-  YieldingList yielding;
+  Gathered gathered;
+  YieldingList yielding(range.begin);
   Summary summary;
   for (std::size_t first = range.begin; first < range.end; first += kBatch) {
     int count = 0;
@@ -61,14 +61,15 @@ void g2p(const StepParams& step, const MaterialParams* materials, const Particle
       });
     }
     gather(weights, count, tile, gathered);
+    clear_from(count, gathered);
     for (int slot = 0; slot < count; slot += kLanes) {
       with_batch(range, first + slot, [&](Batch b) FIRN_INLINE_LAMBDA {
         update_particles(step, materials, p, b, slot, gathered, yielding, summary);
+        if (yielding.fills_register()) yielding.project_last(materials, p, summary);
       });
     }
-    while (yielding.count >= kLanes) yielding.project_last(materials, p, kLanes, summary);
   }
-  if (yielding.count > 0) yielding.project_last(materials, p, yielding.count, summary);
+  yielding.project_rest(materials, p, summary);
   summary.write(*out);
 }
 

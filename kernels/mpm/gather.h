@@ -129,6 +129,13 @@ FIRN_INLINE void gather(const GatherWeights& w, int count, const float* tile, Ga
   }
 }
 
+// Inert lanes stand still.
+FIRN_INLINE void clear_from(int count, Gathered& out) {
+  for (int l = count; l < kBatch; ++l) {
+    for (float& of : out.of[l]) of = 0;
+  }
+}
+
 FIRN_INLINE void load_gathered(const Gathered& g, int slot, float c_scale, Vec3& v, Mat3& c) {
   Floats r[16];
 #pragma GCC unroll 4

@@ -21,16 +21,21 @@ FIRN_INLINE void with_material(MaterialKind kind, F&& f) {
 }
 
 // Calls f(model, params, mask) for every object among the lanes; the masks are disjoint and cover them all.
+// `object[l]` is the same as lane l of the register.
 template <class F>
-FIRN_INLINE void for_each_object(const MaterialParams* materials, Ints object, F&& f) {
-  alignas(64) std::int32_t of_lane[kLanes];
-  store(of_lane, object);
-  int left = kAllLanes;
-  while (left != 0) {
-    const std::int32_t first = of_lane[__builtin_ctz(static_cast<unsigned>(left))];
-    const Mask mask = equal(object, splat_int(first));
-    const MaterialParams& params = materials[first];
+FIRN_INLINE void for_each_object(const MaterialParams* materials, const std::int32_t* object, Ints objects,
+                                 F&& f) {
+  const auto call = [&](std::int32_t index, Mask mask) FIRN_INLINE_LAMBDA {
+    const MaterialParams& params = materials[index];
     with_material(params.kind, [&](auto model) FIRN_INLINE_LAMBDA { f(model, params, mask); });
+  };
+  const Mask first = equal(objects, splat_int(object[0]));
+  if (all(first)) [[likely]]
+    return call(object[0], all_lanes());
+  for (int left = kAllLanes; left != 0;) {
+    const std::int32_t index = object[__builtin_ctz(static_cast<unsigned>(left))];
+    const Mask mask = equal(objects, splat_int(index));
+    call(index, mask);
     left &= ~lane_bits(mask);
   }
 }
@@ -40,7 +45,7 @@ template <class F>
 FIRN_INLINE void for_each_object(const MaterialParams* materials, const std::uint32_t* objects, Batch b,
                                  F&& f) {
   const std::int32_t* column = reinterpret_cast<const std::int32_t*>(objects) + b.first;
-  for_each_object(materials, load_first(column, b.count, column[0]), f);
+  for_each_object(materials, column, load_first(column, b.count, column[0]), f);
 }
 
 }  // namespace firn::kernels::FIRN_ISA

@@ -39,30 +39,31 @@ FIRN_INLINE Sym3 stretch_series(const Sym3& e) {
   return add_diagonal(e2 * p.c2 + e * p.c1, p.c0);
 }
 
-inline void stretch_by_svd(const Mat3& f, Sym3& out) {
+// Rare, and too long to stand in every kernel.
+__attribute__((noinline, cold)) inline Sym3 stretch_by_svd(const Mat3& f) {
   Svd3 d;
   svd3(f, d);
   const Floats one = splat(1.f);
   const Floats g0 = d.s[0] - one, g1 = d.s[1] - one, g2 = d.s[2] - one;
   const Vec3 a = d.u[0], b = d.u[1], c = d.u[2];
-  out = {fma(g0, a.x * a.x, fma(g1, b.x * b.x, g2 * (c.x * c.x))),
-         fma(g0, a.y * a.y, fma(g1, b.y * b.y, g2 * (c.y * c.y))),
-         fma(g0, a.z * a.z, fma(g1, b.z * b.z, g2 * (c.z * c.z))),
-         fma(g0, a.x * a.y, fma(g1, b.x * b.y, g2 * (c.x * c.y))),
-         fma(g0, a.x * a.z, fma(g1, b.x * b.z, g2 * (c.x * c.z))),
-         fma(g0, a.y * a.z, fma(g1, b.y * b.z, g2 * (c.y * c.z)))};
+  return {fma(g0, a.x * a.x, fma(g1, b.x * b.x, g2 * (c.x * c.x))),
+          fma(g0, a.y * a.y, fma(g1, b.y * b.y, g2 * (c.y * c.y))),
+          fma(g0, a.z * a.z, fma(g1, b.z * b.z, g2 * (c.z * c.z))),
+          fma(g0, a.x * a.y, fma(g1, b.x * b.y, g2 * (c.x * c.y))),
+          fma(g0, a.x * a.z, fma(g1, b.x * b.z, g2 * (c.x * c.z))),
+          fma(g0, a.y * a.z, fma(g1, b.y * b.z, g2 * (c.y * c.z)))};
 }
 
 FIRN_INLINE Stretch stretch_of(const Mat3& f, Floats det_f) {
   const Sym3 e = add_diagonal(times_transpose(f), splat(-1.f));
   // A reflection near the identity has a small E too: only the SVD gives its signed stretch.
   const Mask near_rotation = less(norm2(e), splat(kSeriesRadius * kSeriesRadius)) & less(splat(0.f), det_f);
-  const Sym3 series = stretch_series(e);
-  if (all(near_rotation)) [[likely]]
-    return {e, series};
-  Sym3 exact;
-  stretch_by_svd(f, exact);
-  return {e, select(near_rotation, series, exact)};
+  Sym3 g = stretch_series(e);
+  if (!all(near_rotation)) [[unlikely]] {
+    const Mat3 copy = f;  // f itself stays in registers
+    g = select(near_rotation, g, stretch_by_svd(copy));
+  }
+  return {e, g};
 }
 
 }  // namespace firn::kernels::FIRN_ISA

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Particles of a block whose F lies outside their yield surface, collected until they fill a register. A
+// Particles of a range whose F lies outside their yield surface, collected until they fill a register. A
 // particle's result does not depend on its company, so neither grouping nor order changes a bit.
 #pragma once
 #include "kernels/mpm/materials.h"
@@ -7,43 +7,69 @@
 
 namespace firn::kernels::FIRN_ISA {
 
-struct YieldingList {
-  int count = 0;
-  std::size_t particle[2 * kLanes + 16];
+class YieldingList {
+ public:
+  explicit YieldingList(std::size_t range_begin) : begin_(range_begin) {}
 
-  FIRN_INLINE void add(Batch b, Mask yields) {
-    unsigned left = static_cast<unsigned>(lane_bits(yields)) & ((1u << b.count) - 1);
-    for (; left != 0; left &= left - 1) particle[count++] = b.first + __builtin_ctz(left);
+  bool fills_register() const { return count_ >= kLanes; }
+
+  // Takes at most kLanes particles more; fills_register() must be false.
+  FIRN_INLINE void add(const ParticleView& p, Batch b, const Mat3& f, Floats jp, Mask yields) {
+    const std::uint32_t* objects = p.object + b.first;
+    const Ints object = load_first(reinterpret_cast<const std::int32_t*>(objects), b.count, 0);
+    store_packed(particle_ + count_, yields, lane_numbers() + static_cast<std::int32_t>(b.first - begin_));
+    store_packed(object_ + count_, yields, object);
+#pragma GCC unroll 9
+    for (int k = 0; k < 9; ++k) store_packed(column_[k] + count_, yields, f.m[k]);
+    store_packed(column_[9] + count_, yields, jp);
+    count_ += __builtin_popcount(static_cast<unsigned>(lane_bits(yields)));
   }
 
-  // Projects the last `many` particles of the list, at most kLanes, and takes them off it.
-  void project_last(const MaterialParams* materials, const ParticleView& p, int many, Summary& summary) {
-    count -= many;
-    const std::size_t* who = particle + count;
-    alignas(64) float columns[10][kLanes];
-    alignas(64) std::int32_t object[kLanes];
-    for (int l = 0; l < kLanes; ++l) {
-      const std::size_t i = who[l < many ? l : 0];
-      for (int k = 0; k < 9; ++k) columns[k][l] = p.F[k][i];
-      columns[9][l] = p.Jp[i];
-      object[l] = static_cast<std::int32_t>(p.object[i]);
-    }
+  // Projects the last particles of the list, at most kLanes, and takes them off it.
+  FIRN_INLINE void project_last(const MaterialParams* materials, const ParticleView& p, Summary& summary) {
+    const int many = count_ < kLanes ? count_ : kLanes;
+    count_ -= many;
+    if (many < kLanes) pad(many);
     Mat3 f;
-    for (int k = 0; k < 9; ++k) f.m[k] = load(columns[k]);
-    Floats jp = load(columns[9]), wave2 = splat(0.f);
-    for_each_object(materials, load(object),
+#pragma GCC unroll 9
+    for (int k = 0; k < 9; ++k) f.m[k] = load(column_[k] + count_);
+    Floats jp = load(column_[9] + count_), wave2 = splat(0.f);
+    for_each_object(materials, object_ + count_, load(object_ + count_),
                     [&](auto model, const MaterialParams& params, Mask mask) FIRN_INLINE_LAMBDA {
                       summary.add_clamped(model.project(params, f, jp, mask), many);
                       wave2 = select(mask, model.wave_speed2(params, f, jp), wave2);
                     });
     summary.add_wave_speed(wave2);
-    for (int k = 0; k < 9; ++k) store(columns[k], f.m[k]);
-    store(columns[9], jp);
-    for (int l = 0; l < many; ++l) {
-      for (int k = 0; k < 9; ++k) p.F[k][who[l]] = columns[k][l];
-      p.Jp[who[l]] = columns[9][l];
+#pragma GCC unroll 9
+    for (int k = 0; k < 9; ++k) write_back(f.m[k], many, p.F[k]);
+    write_back(jp, many, p.Jp);
+  }
+
+  FIRN_INLINE void project_rest(const MaterialParams* materials, const ParticleView& p, Summary& summary) {
+    if (count_ > 0) project_last(materials, p, summary);
+  }
+
+ private:
+  // Repeats the first particle in the lanes from `many` on.
+  void pad(int many) {
+    for (int l = many; l < kLanes; ++l) {
+      object_[l] = object_[0];
+      for (auto& column : column_) column[l] = column[0];
     }
   }
+
+  FIRN_INLINE void write_back(Floats a, int many, float* column) const {
+    alignas(64) float lanes[kLanes];
+    store(lanes, a);
+    for (int l = 0; l < many; ++l)
+      column[begin_ + static_cast<std::size_t>(particle_[count_ + l])] = lanes[l];
+  }
+
+  static constexpr int kCapacity = 3 * kLanes;  // the last kLanes are room for what store_packed overwrites
+  std::size_t begin_;
+  int count_ = 0;
+  std::int32_t particle_[kCapacity], object_[kCapacity];  // particle: from the range's begin
+  float column_[10][kCapacity];                           // F, Jp
 };
 
 }  // namespace firn::kernels::FIRN_ISA

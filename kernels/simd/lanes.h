@@ -58,7 +58,16 @@ FIRN_INLINE Floats load_spread4(const float* p, int) {
   const __m512i each = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
   return _mm512_permutexvar_ps(each, _mm512_castps128_ps512(_mm_loadu_ps(p)));
 }
+FIRN_INLINE Mask all_lanes() { return {0xffff}; }
+// Stores the lanes in `m` one after another from p on; what follows, up to kLanes in all, may be overwritten.
+FIRN_INLINE void store_packed(float* p, Mask m, Floats a) {
+  _mm512_storeu_ps(p, _mm512_maskz_compress_ps(m.bits, a));
+}
+FIRN_INLINE void store_packed(std::int32_t* p, Mask m, Ints a) {
+  _mm512_storeu_si512(p, _mm512_maskz_compress_epi32(m.bits, (__m512i)a));
+}
 FIRN_INLINE __mmask16 first_lanes(int count) { return static_cast<__mmask16>((1u << count) - 1); }
+FIRN_INLINE Mask mask_of_first(int count) { return {first_lanes(count)}; }
 FIRN_INLINE Floats load_some(const float* p, int count, float fill) {
   return _mm512_mask_loadu_ps(splat(fill), first_lanes(count), p);
 }
@@ -110,9 +119,35 @@ FIRN_INLINE Floats load_spread4(const float* p, int part) {
   const __m256i high = _mm256_setr_epi32(2, 2, 2, 2, 3, 3, 3, 3);
   return _mm256_permutevar8x32_ps(_mm256_castps128_ps256(_mm_loadu_ps(p)), part == 0 ? low : high);
 }
+FIRN_INLINE Mask all_lanes() { return {splat_int(-1)}; }
+
+// For each mask of eight lanes, which lanes stand in it, one after another.
+struct PackOrders {
+  alignas(32) std::int32_t of[256][8];
+};
+constexpr PackOrders pack_orders() {
+  PackOrders orders{};
+  for (int bits = 0; bits < 256; ++bits) {
+    int n = 0;
+    for (int lane = 0; lane < 8; ++lane) {
+      if (bits >> lane & 1) orders.of[bits][n++] = lane;
+    }
+  }
+  return orders;
+}
+inline constexpr PackOrders kPackOrders = pack_orders();
+
+FIRN_INLINE void store_packed(float* p, Mask m, Floats a) {
+  store(p, _mm256_permutevar8x32_ps(a, (__m256i)load(kPackOrders.of[lane_bits(m)])));
+}
+FIRN_INLINE void store_packed(std::int32_t* p, Mask m, Ints a) {
+  store(reinterpret_cast<float*>(p),
+        _mm256_permutevar8x32_ps((__m256)a, (__m256i)load(kPackOrders.of[lane_bits(m)])));
+}
 FIRN_INLINE __m256i first_lanes(int count) {
   return _mm256_cmpgt_epi32(_mm256_set1_epi32(count), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
 }
+FIRN_INLINE Mask mask_of_first(int count) { return {(Ints)first_lanes(count)}; }
 FIRN_INLINE Floats load_some(const float* p, int count, float fill) {
   const __m256i mask = first_lanes(count);
   return _mm256_blendv_ps(splat(fill), _mm256_maskload_ps(p, mask), (__m256)mask);
@@ -176,11 +211,25 @@ template <class T, class V>
 FIRN_INLINE void store_some(T* p, int count, V a) {
   for (int i = 0; i < count; ++i) p[i] = a[i];
 }
+FIRN_INLINE Mask all_lanes() { return {splat_int(-1)}; }
+template <class T, class V>
+FIRN_INLINE void store_packed(T* p, Mask m, V a) {
+  for (int i = 0; i < kLanes; ++i) {
+    if (m.bits[i]) *p++ = a[i];
+  }
+}
+FIRN_INLINE Mask mask_of_first(int count) { return {splat_int(count) > Ints{0, 1, 2, 3}}; }
 
 #endif
 
 inline constexpr int kAllLanes = (1 << kLanes) - 1;
 
+FIRN_INLINE Ints lane_numbers() {
+  Ints lanes;
+#pragma GCC unroll 16
+  for (int l = 0; l < kLanes; ++l) lanes[l] = l;
+  return lanes;
+}
 FIRN_INLINE bool any(Mask m) { return lane_bits(m) != 0; }
 FIRN_INLINE bool all(Mask m) { return lane_bits(m) == kAllLanes; }
 FIRN_INLINE Floats abs(Floats a) { return (Floats)((Ints)a & 0x7fffffff); }
