@@ -2,6 +2,7 @@
 // Everything that a simulation holds between two steps. Private to src/mpm: the rest of firn sees
 // simulation.h.
 #pragma once
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -44,6 +45,7 @@ struct Simulation::State {
   TimeStep last_step;
   double last_stable_dt = 0;  // s, before the last step
   double bottom = 0;          // m, below every particle until the next sort, against gravity
+  std::function<void(const char* stage)> after_stage;  // for benches, which time the stages; else empty
 
   // step.cpp
   void step(double dt);

@@ -102,10 +102,17 @@ kernels::StepParams Simulation::State::step_params(double dt) const {
 
 void Simulation::State::step(double dt) {
   const kernels::StepParams params = step_params(dt);
+  const auto done = [this](const char* stage) {
+    if (after_stage) after_stage(stage);
+  };
   if (summary.strayed) sort();
+  done("sort");
   particles_to_grid(params);
+  done("p2g");
   update_grid(params);
+  done("grid");
   grid_to_particles(params);
+  done("g2p");
   time += dt;
   ++steps;
   particle_steps += particles.size();
