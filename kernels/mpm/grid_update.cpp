@@ -39,14 +39,26 @@ FIRN_INLINE void apply_contact(const ContactNodes& c, NodeVelocities& v) {
   }
 }
 
+// The mass of each node in all of its four lanes.
+FIRN_INLINE Floats masses_of(Floats nodes) {
+#if defined(__AVX512F__)
+  return _mm512_permute_ps(nodes, 0xff);
+#elif defined(__AVX2__)
+  return _mm256_permute_ps(nodes, 0xff);
+#else
+  return _mm_shuffle_ps(nodes, nodes, 0xff);
+#endif
+}
+
 FIRN_INLINE void to_velocity(const StepParams& step, float* nodes) {
-  for (int i = 0; i < kBlockNodes; ++i, nodes += kNodeFloats) {
-    const float mass = nodes[3];
-    const bool carries = mass > step.mass_floor;
-    const float inverse = carries ? 1.f / mass : 0.f;
-    for (int axis = 0; axis < 3; ++axis) {
-      nodes[axis] = carries ? nodes[axis] * inverse + step.gravity_dt[axis] : 0.f;
-    }
+  const float* g = step.gravity_dt;
+  alignas(16) const float gravity_dt[kNodeFloats] = {g[0], g[1], g[2], 0.f};
+  const Mask is_mass = equal(lane_numbers() & 3, splat_int(3));
+  for (int i = 0; i < kBlockFloats; i += kLanes) {
+    const Floats before = load(nodes + i), mass = masses_of(before);
+    const Mask carries = less(splat(step.mass_floor), mass);
+    const Floats v = before * (splat(1.f) / mass) + load_repeated4(gravity_dt);
+    store(nodes + i, select(is_mass, before, select(carries, v, splat(0.f))));
   }
 }
 

@@ -58,6 +58,7 @@ FIRN_INLINE Floats load_spread4(const float* p, int) {
   const __m512i each = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
   return _mm512_permutexvar_ps(each, _mm512_castps128_ps512(_mm_loadu_ps(p)));
 }
+FIRN_INLINE Floats replace_last4(Floats a, Floats by) { return _mm512_mask_blend_ps(0xf000, a, by); }
 FIRN_INLINE Mask all_lanes() { return {0xffff}; }
 // Stores the lanes in `m` one after another from p on; what follows, up to kLanes in all, may be overwritten.
 FIRN_INLINE void store_packed(float* p, Mask m, Floats a) {
@@ -119,6 +120,7 @@ FIRN_INLINE Floats load_spread4(const float* p, int part) {
   const __m256i high = _mm256_setr_epi32(2, 2, 2, 2, 3, 3, 3, 3);
   return _mm256_permutevar8x32_ps(_mm256_castps128_ps256(_mm_loadu_ps(p)), part == 0 ? low : high);
 }
+FIRN_INLINE Floats replace_last4(Floats a, Floats by) { return _mm256_blend_ps(a, by, 0xf0); }
 FIRN_INLINE Mask all_lanes() { return {splat_int(-1)}; }
 
 // For each mask of eight lanes, which lanes stand in it, one after another.
@@ -211,6 +213,7 @@ template <class T, class V>
 FIRN_INLINE void store_some(T* p, int count, V a) {
   for (int i = 0; i < count; ++i) p[i] = a[i];
 }
+FIRN_INLINE Floats replace_last4(Floats, Floats by) { return by; }
 FIRN_INLINE Mask all_lanes() { return {splat_int(-1)}; }
 template <class T, class V>
 FIRN_INLINE void store_packed(T* p, Mask m, V a) {
