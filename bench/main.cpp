@@ -1,64 +1,104 @@
 // SPDX-License-Identifier: MIT
-// firn-bench: measures this machine. `firn-bench sim` times the simulation step on one fixed scene; the
-// figures go to stdout for people and, with --json FILE, to a file with the machine, the instruction set and
-// the compiler beside them.
+// firn-bench: measures this machine. The figures go to stdout for people and, with --json FILE, to a file
+// with the machine, the instruction set and the compiler beside them.
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <functional>
+#include <map>
 #include <string>
+#include <type_traits>
 
+#include "bench/kernels.h"
 #include "bench/sim.h"
 #include "src/core/error.h"
 
 namespace {
 
 constexpr const char* kUsage =
-    "usage: firn-bench sim [--particles N] [--threads T] [--isa I] [--steps S] [--json FILE]\n"
-    "  a ball of snow (8 particles a cell, dx = 1/128 m) hits the floor at 10 m/s;\n"
-    "  figures are the mean over the second half of the steps, sorting included\n";
+    "usage: firn-bench sim [--scene impact|falling|settled] [--particles N] [--threads T] [--isa I]\n"
+    "                      [--steps S] [--dt D] [--no-naive] [--naive-five-sweeps] [--json FILE]\n"
+    "  a ball of snow (8 particles a cell, dx = 1/128 m) thrown at a floor with 10 m/s, or falling, or a\n"
+    "  packed block lying on the floor; means over the second half of the steps, sorting and all else\n"
+    "  included; dt is fixed, D or as often halved as it takes to be stable\n"
+    "usage: firn-bench kernels [--particles N] [--isa I] [--json FILE]\n"
+    "  each kernel by itself on one thread, on snow in the middle of the impact\n";
 
-long positive(const char* option, const char* text) {
+double positive(const std::string& option, const char* text) {
   char* end = nullptr;
-  const long value = std::strtol(text, &end, 10);
-  if (*text == 0 || *end != 0 || value <= 0) {
-    throw firn::Error(firn::ExitCode::usage, option,
-                      std::string("'") + text + "' is not a positive whole number");
+  const double value = std::strtod(text, &end);
+  if (*text == 0 || *end != 0 || !(value > 0)) {
+    throw firn::Error(firn::ExitCode::usage, option, std::string("'") + text + "' is not a positive number");
   }
   return value;
 }
 
-firn::bench::SimOptions parse(int argc, char** argv) {
-  firn::bench::SimOptions options;
-  for (int i = 2; i < argc; i += 2) {
-    const std::string name = argv[i];
-    if (i + 1 == argc) throw firn::Error(firn::ExitCode::usage, name, "a value is missing");
-    const char* value = argv[i + 1];
-    if (name == "--particles") {
-      options.particles = static_cast<std::size_t>(positive("--particles", value));
-    } else if (name == "--threads") {
-      options.threads = static_cast<int>(positive("--threads", value));
-    } else if (name == "--steps") {
-      options.steps = static_cast<int>(positive("--steps", value));
-    } else if (name == "--isa") {
-      options.isa = value;
-    } else if (name == "--json") {
-      options.json = value;
-    } else {
-      throw firn::Error(firn::ExitCode::usage, name, "no such option");
+// What each option does; `takes` has those that are followed by a value.
+struct Options {
+  std::map<std::string, std::function<void(const char* value)>> takes;
+  std::map<std::string, std::function<void()>> flags;
+
+  void read(int argc, char** argv) const {
+    for (int i = 2; i < argc; ++i) {
+      const std::string name = argv[i];
+      if (const auto flag = flags.find(name); flag != flags.end()) {
+        flag->second();
+        continue;
+      }
+      const auto option = takes.find(name);
+      if (option == takes.end()) throw firn::Error(firn::ExitCode::usage, name, "no such option");
+      if (++i == argc) throw firn::Error(firn::ExitCode::usage, name, "a value is missing");
+      option->second(argv[i]);
     }
   }
-  return options;
+};
+
+auto number(const char* name, auto& out) {
+  return [name, &out](const char* text) {
+    out = static_cast<std::remove_reference_t<decltype(out)>>(positive(name, text));
+  };
+}
+
+auto word(std::string& out) {
+  return [&out](const char* text) { out = text; };
+}
+
+void kernels(int argc, char** argv) {
+  firn::bench::KernelOptions o;
+  Options options;
+  options.takes = {
+      {"--particles", number("--particles", o.particles)}, {"--isa", word(o.isa)}, {"--json", word(o.json)}};
+  options.read(argc, argv);
+  firn::bench::run_kernels(o);
+}
+
+void sim(int argc, char** argv) {
+  firn::bench::SimOptions o;
+  Options options;
+  options.takes = {{"--scene", word(o.scene)},
+                   {"--isa", word(o.isa)},
+                   {"--json", word(o.json)},
+                   {"--particles", number("--particles", o.particles)},
+                   {"--threads", number("--threads", o.threads)},
+                   {"--steps", number("--steps", o.steps)},
+                   {"--dt", number("--dt", o.dt)}};
+  options.flags = {{"--no-naive", [&] { o.naive = false; }},
+                   {"--naive-five-sweeps", [&] { o.stop_early = false; }}};
+  options.read(argc, argv);
+  firn::bench::run_sim(o);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 2 || std::strcmp(argv[1], "sim") != 0) {
+  const std::map<std::string, void (*)(int, char**)> commands = {{"sim", sim}, {"kernels", kernels}};
+  const auto command = commands.find(argc < 2 ? "" : argv[1]);
+  if (command == commands.end()) {
     std::fputs(kUsage, stderr);
     return 2;
   }
   try {
-    firn::bench::run_sim(parse(argc, argv));
+    command->second(argc, argv);
     return 0;
   } catch (const firn::Error& error) {
     std::fprintf(stderr, "firn-bench: %s\n", error.what());

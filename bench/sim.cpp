@@ -1,135 +1,120 @@
 // SPDX-License-Identifier: MIT
-// A ball of snow, 8 particles a cell, dx = 1/128 m, two cells above a floor, thrown at it with 10 m/s: early
-// steps are rigid, late ones break and pack. The stages of Simulation::State are called as step.cpp does,
-// with a clock between.
+// firn-bench sim: how many particle-steps a second, how much of what the core could do, how much faster than
+// the baseline. Everything a step does is in the time: sorting, dt's maxima, the blow-up check.
+//
+// dt is fixed. A run in which it exceeds firn's own stable limit (docs/physics.md), or in which either side
+// blows up, is given up and begun again with half of it.
 #include "bench/sim.h"
 
 #include <tbb/global_control.h>
 
-#include <chrono>
-#include <cmath>
+#include <algorithm>
 #include <cstdio>
-#include <fstream>
-#include <nlohmann/json.hpp>
-#include <string>
-#include <thread>
+#include <memory>
+#include <optional>
 
+#include "bench/counts.h"
+#include "bench/machine.h"
+#include "bench/report.h"
+#include "bench/runs.h"
+#include "bench/scene.h"
 #include "src/core/error.h"
 #include "src/core/isa.h"
-#include "src/mpm/state.h"
 
 namespace firn::bench {
 
 namespace {
 
-constexpr double kDx = 1.0 / 128;  // m
-constexpr double kDt = 1e-4;       // s, at most
+constexpr int kTurn = 20;  // steps
 
-SimulationSetup falling_ball(std::size_t particles) {
-  const double h = kDx / 2;  // spacing
-  const double radius = h * std::cbrt(3.0 * static_cast<double>(particles) / (4 * M_PI));
-  const Vec3 center(0, radius + 2 * kDx, 0);
-  PlacedSnow snow;
-  snow.name = "ball";
-  snow.particle_volume = h * h * h;
-  snow.particle_mass = snow.material.density * snow.particle_volume;
-  const int n = static_cast<int>(std::ceil(radius / h)) + 1;
-  for (int i = -n; i < n; ++i) {
-    for (int j = -n; j < n; ++j) {
-      for (int k = -n; k < n; ++k) {
-        const Vec3 x = h * Vec3(i + 0.5, j + 0.5, k + 0.5);
-        if (x.norm() < radius) snow.position.push_back(center + x);
+struct Runs {
+  std::unique_ptr<FirnRun> firn;
+  std::unique_ptr<NaiveRun> naive;  // null without baseline
+};
+
+// Nothing when dt is too long; says why on stderr.
+std::optional<Runs> run_at(double dt, const SimOptions& options, const kernels::KernelTable& kernels) {
+  Runs runs;
+  {
+    const SimulationSetup setup = bench_scene(options.scene, options.particles);
+    if (options.naive) runs.naive = std::make_unique<NaiveRun>(setup, options.stop_early);
+    runs.firn = std::make_unique<FirnRun>(kernels, setup);
+  }
+  std::string why;
+  const auto turn = [&](auto& run, int first) {
+    for (int step = first; step < std::min(first + kTurn, options.steps); ++step) {
+      if (!run.step(dt, step >= options.steps / 2, why)) {
+        std::fprintf(stderr, "dt = %g s is too long at step %d (%s): halved\n", dt, step, why.c_str());
+        return false;
       }
     }
-  }
-  snow.velocity.assign(snow.position.size(), Vec3(0, -10, 0));
-  SimulationSetup setup;
-  setup.dx = kDx;
-  setup.snow.push_back(std::move(snow));
-  Collider floor;
-  floor.shape.form = HalfSpace{};
-  floor.friction = 0.5;
-  setup.colliders.push_back(floor);
-  return setup;
-}
-
-struct Stages {
-  double sort = 0, p2g = 0, grid = 0, g2p = 0;  // s
-  double total() const { return sort + p2g + grid + g2p; }
-};
-
-struct Figures {
-  Stages stages;
-  double particle_steps = 0, clamped = 0, bytes_per_particle = 0;
-  std::size_t particles = 0;
-};
-
-void timed_step(Simulation::State& state, double dt, Stages& stages) {
-  using Clock = std::chrono::steady_clock;
-  const auto timed = [](double& seconds, auto&& stage) {
-    const auto begin = Clock::now();
-    stage();
-    seconds += std::chrono::duration<double>(Clock::now() - begin).count();
+    return true;
   };
-  const kernels::StepParams params = state.step_params(dt);
-  timed(stages.sort, [&] {
-    if (state.summary.strayed) state.sort();
-  });
-  timed(stages.p2g, [&] { state.particles_to_grid(params); });
-  timed(stages.grid, [&] { state.update_grid(params); });
-  timed(stages.g2p, [&] { state.grid_to_particles(params); });
-}
-
-Figures measure(const kernels::KernelTable& kernels, const SimOptions& options) {
-  Simulation::State state(kernels, falling_ball(options.particles));
-  place_particles(state);
-  state.rebuild_grid();
-  state.summarise();
-  Figures figures;
-  for (int step = 0; step < options.steps; ++step) {
-    Stages ignored;
-    const bool counts = step >= options.steps / 2;
-    timed_step(state, std::min(kDt, stable_limit(state).dt), counts ? figures.stages : ignored);
-    if (!counts) continue;
-    figures.particle_steps += static_cast<double>(state.particles.size());
-    figures.clamped += state.summary.clamped;
+  for (int first = 0; first < options.steps; first += kTurn) {
+    if (!turn(*runs.firn, first)) return std::nullopt;
+    if (runs.naive && !turn(*runs.naive, first)) return std::nullopt;
   }
-  figures.particles = state.particles.size();
-  figures.clamped /= figures.particle_steps;
-  figures.bytes_per_particle =
-      static_cast<double>(state.resident_bytes()) / static_cast<double>(figures.particles);
-  return figures;
+  return runs;
 }
 
-std::string cpu_name() {
-  std::ifstream in("/proc/cpuinfo");
-  for (std::string line; std::getline(in, line);) {
-    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
-  }
-  return "unknown";
+Json stages_json(const FirnRun& run) {
+  Json json = Json::object();
+  for (const auto& [stage, ns] : run.stages()) json[stage] = ns;
+  return json;
 }
 
-void write_json(const SimOptions& options, const char* isa, const Figures& f) {
-  const double ns = 1e9 / f.particle_steps;
-  const nlohmann::json json = {
-      {"particle_steps_per_second", f.particle_steps / f.stages.total()},
-      {"particles", f.particles},
+Json report_of(const SimOptions& options, const kernels::KernelTable& kernels, double dt, const Runs& runs) {
+  const Tally& firn = runs.firn->tally();
+  const Limits limits = measure_limits(kernels.isa);
+  const double flops = kStepFlops + kClampFlops * firn.clamped_share();
+  const auto& state = runs.firn->state();
+  Json json = {
+      {"particle_steps_per_second", firn.rate()},
+      {"naive_particle_steps_per_second", nullptr},
+      {"ratio_to_naive", nullptr},
       {"threads", options.threads},
-      {"isa", isa},
+      {"isa", kernels.isa},
+      {"bytes_per_particle",
+       static_cast<double>(state.resident_bytes()) / static_cast<double>(state.particles.size())},
+      {"stages", stages_json(*runs.firn)},
+      {"flop_floor_share", flops / (limits.flops * options.threads) * firn.rate()},
+      {"fma_peak", limits.flops},
+      {"scene", options.scene},
+      {"particles", state.particles.size()},
       {"steps", options.steps},
-      {"bytes_per_particle", f.bytes_per_particle},
-      {"clamped_share", f.clamped},
-      {"stages",
-       {{"sort", f.stages.sort * ns},
-        {"p2g", f.stages.p2g * ns},
-        {"grid", f.stages.grid * ns},
-        {"g2p", f.stages.g2p * ns}}},
-      {"machine", {{"cpu", cpu_name()}, {"cores", std::thread::hardware_concurrency()}}},
-      {"compiler", __VERSION__},
+      {"dt", dt},
+      {"clamped_share", firn.clamped_share()},
   };
-  std::ofstream out(options.json);
-  out << json.dump(2) << '\n';
-  if (!out) throw Error(ExitCode::io, options.json, "cannot be written");
+  if (runs.naive) {
+    json["naive_particle_steps_per_second"] = runs.naive->tally().rate();
+    json["ratio_to_naive"] = firn.rate() / runs.naive->tally().rate();
+    json["naive_clamped_share"] = runs.naive->tally().clamped_share();
+    json["naive_svd"] = options.stop_early ? "until converged" : "five sweeps";
+  }
+  add_provenance(json);
+  return json;
+}
+
+void print(const Json& r) {
+  const auto number = [&](const char* key) { return r[key].get<double>(); };
+  std::printf("%s: %.0f particles, %d threads, %s, %s\n", r["scene"].get<std::string>().c_str(),
+              number("particles"), r["threads"].get<int>(), r["isa"].get<std::string>().c_str(),
+              r["machine"]["cpu"].get<std::string>().c_str());
+  std::printf("dt %g s, means of the last %d of %d steps\n", number("dt"),
+              r["steps"].get<int>() - r["steps"].get<int>() / 2, r["steps"].get<int>());
+  const double rate = number("particle_steps_per_second");
+  std::printf("%.2f M particle-steps/s, %.1f ns a particle-step:", rate * 1e-6, 1e9 / rate);
+  for (const auto& [stage, ns] : r["stages"].items()) {
+    std::printf(" %s %.1f", stage.c_str(), ns.get<double>());
+  }
+  std::printf(
+      "\n%.1f %% of the flop floor (FMA peak %.0f GF/s a core), %.0f bytes a particle, %.2f %% clamped\n",
+      100 * number("flop_floor_share"), 1e-9 * number("fma_peak"), number("bytes_per_particle"),
+      100 * number("clamped_share"));
+  if (r["ratio_to_naive"].is_null()) return;
+  std::printf("%.2f times the baseline: %.2f M particle-steps/s on one thread, SVD %s, %.2f %% clamped\n",
+              number("ratio_to_naive"), 1e-6 * number("naive_particle_steps_per_second"),
+              r["naive_svd"].get<std::string>().c_str(), 100 * number("naive_clamped_share"));
 }
 
 }  // namespace
@@ -138,16 +123,15 @@ void run_sim(const SimOptions& options) {
   const kernels::KernelTable& kernels = choose_kernels(options.isa);
   tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                             static_cast<std::size_t>(options.threads));
-  const Figures f = measure(kernels, options);
-  const double ns = 1e9 / f.particle_steps;
-  std::printf("%zu particles, %d threads, %s, %s\n", f.particles, options.threads, kernels.isa,
-              cpu_name().c_str());
-  std::printf("%.2f M particle-steps/s, %.1f ns a particle-step: sort %.1f, P2G %.1f, grid %.1f, G2P %.1f\n",
-              f.particle_steps / f.stages.total() * 1e-6, f.stages.total() * ns, f.stages.sort * ns,
-              f.stages.p2g * ns, f.stages.grid * ns, f.stages.g2p * ns);
-  std::printf("%.0f bytes a particle, %.1f %% of particles clamped a step\n", f.bytes_per_particle,
-              100 * f.clamped);
-  if (!options.json.empty()) write_json(options, kernels.isa, f);
+  double dt = options.dt;
+  std::optional<Runs> runs;
+  while (!(runs = run_at(dt, options, kernels))) {
+    dt /= 2;
+    if (dt < 1e-7) throw Error(ExitCode::unstable, "", "no dt above 1e-7 s is stable");
+  }
+  const Json report = report_of(options, kernels, dt, *runs);
+  print(report);
+  if (!options.json.empty()) write_json(report, options.json);
 }
 
 }  // namespace firn::bench

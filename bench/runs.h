@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+// One scene stepped by firn and by the baseline at the same fixed dt, each with a clock beside it. They take
+// turns of some steps, so that both see the machine in the same mood.
+#pragma once
+#include <chrono>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bench/naive.h"
+#include "src/mpm/state.h"
+
+namespace firn::bench {
+
+// What was counted over the timed steps.
+struct Tally {
+  double seconds = 0;
+  double particle_steps = 0;
+  double clamped = 0;
+
+  double rate() const { return particle_steps / seconds; }
+  double clamped_share() const { return clamped / particle_steps; }
+};
+
+class FirnRun {
+ public:
+  FirnRun(const kernels::KernelTable& kernels, SimulationSetup setup);
+
+  // False when dt is longer than firn's stable limit, or the simulation blew up (`why` says it).
+  bool step(double dt, bool counts, std::string& why);
+
+  const Tally& tally() const { return tally_; }
+  // ns a particle-step; "other" is what step() does beside the named stages.
+  std::vector<std::pair<std::string, double>> stages() const;
+  const Simulation::State& state() const { return state_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  double& seconds_of(const char* stage);
+  Simulation::State state_;
+  Tally tally_;
+  std::vector<std::pair<std::string, double>> seconds_;  // of each stage, in their order
+};
+
+class NaiveRun {
+ public:
+  NaiveRun(const SimulationSetup& setup, bool stop_early);
+
+  // False when a particle is not finite, crosses a cell in a step or is faster than the scene's energy
+  // allows.
+  bool step(double dt, bool counts, std::string& why);
+
+  const Tally& tally() const { return tally_; }
+
+ private:
+  NaiveSimulation simulation_;
+  double dx_, allowed_speed_;
+  Tally tally_;
+};
+
+}  // namespace firn::bench
