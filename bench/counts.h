@@ -9,21 +9,23 @@ namespace firn::bench {
 // A whole particle-step as the targets count it, and what a clamp by decomposition adds.
 inline constexpr double kStepFlops = 1150, kClampFlops = 620;
 
-inline constexpr double kWeightFlops = 33;    // 3 axes of 8, and nine products w_x w_y
-inline constexpr double kStressFlops = 197;   // E 33, J 14, root of I + E 102, tau 26, hardening 22
-inline constexpr double kScatterFlops = 387;  // affine matrix 18, corner 24, steps 48, nine rows of 33
-inline constexpr double kGatherFlops = 444;   // differences of a cell / 8 18, moments 288, z 60, C, x 78
-inline constexpr double kAdvanceFlops = 63;   // (I + dt C) F
-inline constexpr double kYieldFlops = 97;     // E 33, two definite minors 50, J 14
-inline constexpr double kSvdFlops = 1170;  // 15 rotations of 62, V made a rotation twice 140, U and order 100
-inline constexpr double kGridNodeFlops = 7;  // one division, three times (multiply, add gravity)
+inline constexpr double kWeightFlops = 33;
+inline constexpr double kStressFlops = 197;
+inline constexpr double kScatterFlops = 387;
+inline constexpr double kGatherFlops = 377;
+inline constexpr double kAdvanceFlops = 63;
+inline constexpr double kYieldFlops = 93;
+inline constexpr double kSvdFlops = 1270;
+inline constexpr double kGridNodeFlops = 7;
 
-// Bytes a particle that must be read and written when nothing stays in a cache.
-inline constexpr double kP2gParticleBytes = 112;    // x v C F Jp m V0 object
-inline constexpr double kG2pParticleBytes = 156;    // reads x F Jp object, writes x v C F
-inline constexpr double kStressBytes = 44 + 24;     // F Jp object, six floats of tau
-inline constexpr double kYieldBytes = 44 + 40;      // F Jp object, F Jp
-inline constexpr double kSvdBytes = 36 + 84;        // F, U s V
-inline constexpr double kSortBytes = 2 * 112 + 24;  // 28 columns read and written, twice the order, x again
+// Bytes a unit that must be read and written when nothing stays in a cache; of tiles and nodes, which depend
+// on how full the blocks are, kernels.cpp knows more.
+inline constexpr double kP2gBytes = 112;    // reads x v C F Jp m V0 object
+inline constexpr double kG2pBytes = 152;    // reads x F Jp object, writes x v C F
+inline constexpr double kStressBytes = 68;  // reads F Jp object, writes six floats
+inline constexpr double kYieldBytes = 84;   // reads F Jp object, writes F Jp
+inline constexpr double kSvdBytes = 120;    // reads F, writes U s V
+inline constexpr double kSortBytes = 260;   // moves 29 columns, writes and reads two orders, reads x
+inline constexpr double kGridNodeBytes = 32;
 
 }  // namespace firn::bench

@@ -86,13 +86,13 @@ void add_transfers(State& s, std::vector<Entry>& out) {
   const double tile_bytes = 4.0 * kernels::kTileFloats * static_cast<double>(s.blocks.size());
   const auto ns = [](const Best& best, double units) { return best.seconds() * 1e9 / units; };
   out.push_back({"P2G", "particle", ns(times.p2g, n), kWeightFlops + kStressFlops + kScatterFlops,
-                 kP2gParticleBytes + tile_bytes / n});
+                 kP2gBytes + tile_bytes / n});
   out.push_back(
       {"tile reduction", "particle", ns(times.reduce, n), tile_bytes / 4 / n, (tile_bytes + 16 * nodes) / n});
-  out.push_back({"grid update", "node", ns(times.grid, nodes), kGridNodeFlops, 32});
+  out.push_back({"grid update", "node", ns(times.grid, nodes), kGridNodeFlops, kGridNodeBytes});
   out.push_back({"G2P", "particle", ns(times.g2p, n),
                  kWeightFlops + kGatherFlops + kAdvanceFlops + kYieldFlops + clamped * kClampFlops,
-                 kG2pParticleBytes + 16 * nodes / n});
+                 kG2pBytes + 16 * nodes / n});
   out.push_back({"sort", "particle", ns(times.sort, n), 0, kSortBytes});
 }
 
