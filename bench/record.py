@@ -78,11 +78,10 @@ def main(program, names):
         figures = rounded(run(program, arguments))
         machine, compiler = figures.pop("machine"), figures.pop("compiler")
         path = ROOT / "bench" / "results" / (machine["slug"] + ".json")
-        kept = json.loads(path.read_text()) if path.exists() else {"runs": {}}
-        kept["machine"] = machine
+        runs = json.loads(path.read_text())["runs"] if path.exists() else {}
         command = "build/bench/firn-bench " + " ".join(arguments)
-        kept["runs"][name] = {"command": command, "commit": revision, "compiler": compiler, **figures}
-        kept["runs"] = {name: kept["runs"][name] for name in RUNS if name in kept["runs"]}
+        runs[name] = {"command": command, "commit": revision, "compiler": compiler, **figures}
+        kept = {"machine": machine, "runs": {name: runs[name] for name in RUNS if name in runs}}
         path.parent.mkdir(exist_ok=True)
         path.write_text(json.dumps(kept, indent=1) + "\n")
 
