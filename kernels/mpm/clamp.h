@@ -10,7 +10,7 @@
 #pragma once
 #include "kernels/mpm/views.h"
 #include "kernels/simd/eigenvalues3.h"
-#include "kernels/simd/svd3.h"
+#include "kernels/mpm/stretch.h"
 
 namespace firn::kernels::FIRN_ISA {
 
@@ -82,12 +82,11 @@ inline constexpr float kNearRotation = 0.5f;
 // Returns the lanes whose F changed.
 FIRN_INLINE Mask clamp_into_jp(const MaterialParams& p, Mat3& f, Floats& jp, Mask active) {
   const Floats lo = splat(p.sigma_min), hi = splat(p.sigma_max);
-  const Sym3 e = add_diagonal(times_transpose(f), splat(-1.f));
+  const Sym3 e = strain_of(f);
   const Mask near = less(norm2(e), splat(kNearRotation * kNearRotation)) & less(splat(0.f), det(f));
   Clamped c = clamped_by_eigenvalues(f, e, lo, hi);
   if (!all(near)) [[unlikely]] {
-    const Mat3 copy = f;  // f itself stays in registers
-    const Clamped exact = clamped_by_svd(copy, lo, hi);
+    const Clamped exact = clamped_by_svd(in_memory(f), lo, hi);
     c = {(near & c.changed) | ((!near) & exact.changed), select(near, c.f, exact.f),
          select(near, c.volume_ratio, exact.volume_ratio)};
   }

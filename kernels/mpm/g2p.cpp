@@ -60,6 +60,7 @@ void g2p(const StepParams& step, const MaterialParams* materials, const Particle
         fill_gather_weights(place_of(p, b), slot, weights);
       });
     }
+    prefetch(p, first + kAhead);
     gather(weights, count, tile, gathered);
     clear_from(count, gathered);
     for (int slot = 0; slot < count; slot += kLanes) {

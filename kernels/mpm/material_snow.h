@@ -17,15 +17,15 @@ struct Snow {
 
   static FIRN_INLINE Sym3 stress(const MaterialParams& p, const Mat3& f, Floats jp) {
     const Floats h = hardening(p, jp), j = det(f);
-    const Stretch s = stretch_of(f, j);
-    return add_diagonal((s.e - s.g) * (splat(2.f * p.mu) * h), splat(p.lambda) * h * (j - splat(1.f)) * j);
+    const Sym3 e = strain_of(f), g = stretch_of(f, e, j);
+    return add_diagonal((e - g) * (splat(2.f * p.mu) * h), splat(p.lambda) * h * (j - splat(1.f)) * j);
   }
 
   // psi = mu sum (s_i - 1)^2 + lambda/2 (J - 1)^2
   static FIRN_INLINE Floats energy(const MaterialParams& p, const Mat3& f, Floats jp) {
     const Floats j = det(f);
-    const Stretch s = stretch_of(f, j);
-    return hardening(p, jp) * fma(splat(p.mu), norm2(s.g), splat(0.5f * p.lambda) * square(j - splat(1.f)));
+    const Sym3 g = stretch_of(f, strain_of(f), j);
+    return hardening(p, jp) * fma(splat(p.mu), norm2(g), splat(0.5f * p.lambda) * square(j - splat(1.f)));
   }
 
   // Spatial speed of a uniaxial wave, F^2 (lambda + 2 mu) h / rho0.

@@ -122,6 +122,9 @@ void p2g(const StepParams& step, const MaterialParams* materials, const Particle
         fill_momentum(step, materials, p, b, at, slot, scattered);
       });
     }
+    prefetch(p, first + kAhead);
+    __builtin_prefetch(p.m + first + kAhead);
+    __builtin_prefetch(p.V0 + first + kAhead);
     spread(scattered, count, tile);
   }
 }

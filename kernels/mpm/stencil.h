@@ -11,6 +11,19 @@
 namespace firn::kernels::FIRN_ISA {
 
 inline constexpr int kBatch = 16;
+// How far ahead of a batch its columns are asked for. There are more of them than the hardware follows by itself.
+inline constexpr std::size_t kAhead = 2 * kBatch;
+
+// Position, velocity, deformation and what goes with them: what P2G reads and G2P reads or writes.
+FIRN_INLINE void prefetch(const ParticleView& p, std::size_t at) {
+  for (const std::int32_t* column : p.x) __builtin_prefetch(column + at);
+  for (const float* column : p.v) __builtin_prefetch(column + at);
+  for (const float* column : p.C) __builtin_prefetch(column + at);
+  for (const float* column : p.F) __builtin_prefetch(column + at);
+  __builtin_prefetch(p.Jp + at);
+  __builtin_prefetch(p.object + at);
+}
+
 inline constexpr int kRowFloats = 16;                                    // 4 z-nodes
 inline constexpr int kParts = kRowFloats / kLanes;                       // registers a row
 inline constexpr int kRowStride = kTileSide * kNodeFloats;               // tile floats from y to y + 1

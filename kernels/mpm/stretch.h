@@ -8,9 +8,7 @@
 
 namespace firn::kernels::FIRN_ISA {
 
-struct Stretch {
-  Sym3 e, g;
-};
+FIRN_INLINE Sym3 strain_of(const Mat3& f) { return add_diagonal(times_transpose(f), splat(-1.f)); }  // E
 
 // sqrt(I + E) - I for |E| <= kSeriesRadius: binomial series to E^7, remainder below 4e-9.
 inline constexpr float kSeriesRadius = 0.1f;
@@ -54,16 +52,14 @@ __attribute__((noinline, cold)) inline Sym3 stretch_by_svd(const Mat3& f) {
           fma(g0, a.y * a.z, fma(g1, b.y * b.z, g2 * (c.y * c.z)))};
 }
 
-FIRN_INLINE Stretch stretch_of(const Mat3& f, Floats det_f) {
-  const Sym3 e = add_diagonal(times_transpose(f), splat(-1.f));
+// G, from F, E and det F.
+FIRN_INLINE Sym3 stretch_of(const Mat3& f, const Sym3& e, Floats det_f) {
   // A reflection near the identity has a small E too: only the SVD gives its signed stretch.
   const Mask near_rotation = less(norm2(e), splat(kSeriesRadius * kSeriesRadius)) & less(splat(0.f), det_f);
-  Sym3 g = stretch_series(e);
-  if (!all(near_rotation)) [[unlikely]] {
-    const Mat3 copy = f;  // f itself stays in registers
-    g = select(near_rotation, g, stretch_by_svd(copy));
-  }
-  return {e, g};
+  const Sym3 series = stretch_series(e);
+  if (all(near_rotation)) [[likely]]
+    return series;
+  return select(near_rotation, series, stretch_by_svd(in_memory(f)));
 }
 
 }  // namespace firn::kernels::FIRN_ISA

@@ -31,6 +31,14 @@ FIRN_INLINE Vec3 select(Mask m, const Vec3& yes, const Vec3& no) {
 FIRN_INLINE Vec3 row(const Mat3& a, int r) { return {a.m[3 * r], a.m[3 * r + 1], a.m[3 * r + 2]}; }
 FIRN_INLINE Vec3 column(const Mat3& a, int c) { return {a.m[c], a.m[3 + c], a.m[6 + c]}; }
 
+// A copy, entry by entry, for a call that is not inlined: `a` itself can then stay in registers.
+FIRN_INLINE Mat3 in_memory(const Mat3& a) {
+  Mat3 out;
+#pragma GCC unroll 9
+  for (int i = 0; i < 9; ++i) out.m[i] = a.m[i];
+  return out;
+}
+
 FIRN_INLINE Mat3 select(Mask mask, const Mat3& yes, const Mat3& no) {
   Mat3 out;
 #pragma GCC unroll 9

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A flat array on a cache-line boundary that only grows and starts uninitialised: storage for blocks of the
-// grid, which kernels overwrite whole.
+// Memory for the kernels' arrays: on a cache-line boundary, and in huge pages where it is large, since a step
+// reads some thirty columns at once and would miss the address translation cache on each.
 #pragma once
 #include <cstddef>
 #include <cstdlib>
@@ -10,6 +10,11 @@
 
 namespace firn {
 
+// Uninitialised; to be given to std::free. Throws std::bad_alloc.
+void* allocate_aligned(std::size_t bytes);
+
+// A flat array that only grows and starts uninitialised: storage for blocks of the grid, which kernels
+// overwrite whole.
 template <class T>
 class AlignedArray {
   static_assert(std::is_trivially_destructible_v<T>);
@@ -20,8 +25,7 @@ class AlignedArray {
     if (count <= capacity_) return;
     const std::size_t bytes = ((count + count / 8) * sizeof(T) + 63) / 64 * 64;
     data_.reset();
-    data_.reset(static_cast<T*>(std::aligned_alloc(64, bytes)));
-    if (!data_) throw std::bad_alloc();
+    data_.reset(static_cast<T*>(allocate_aligned(bytes)));
     capacity_ = bytes / sizeof(T);
   }
   T* data() { return data_.get(); }

@@ -5,8 +5,8 @@
 #include <cassert>
 #include <cstdlib>
 #include <cstring>
-#include <new>
 
+#include "src/core/aligned.h"
 #include "src/core/parallel.h"
 
 namespace firn {
@@ -27,8 +27,7 @@ void ParticleColumns::Free::operator()(void* p) const { std::free(p); }
 void ParticleColumns::allocate(std::size_t count) {
   const std::size_t stride = column_bytes(count);
   arena_bytes_ = stride * columns_.size();
-  arena_.reset(static_cast<std::byte*>(std::aligned_alloc(kCacheLine, arena_bytes_)));
-  if (!arena_) throw std::bad_alloc();
+  arena_.reset(static_cast<std::byte*>(allocate_aligned(arena_bytes_)));
   std::memset(arena_.get(), 0, arena_bytes_);
   for (std::size_t k = 0; k < columns_.size(); ++k) {
     columns_[k] = reinterpret_cast<std::uint32_t*>(arena_.get() + k * stride);
