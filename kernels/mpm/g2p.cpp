@@ -23,7 +23,7 @@ FIRN_INLINE void update_particles(const StepParams& step, const MaterialParams* 
                                   YieldingList& yielding, Summary& summary) {
   Vec3 v;
   Mat3 c;
-  load_gathered(gathered, slot, 4.f * step.inv_dx, v, c);
+  load_gathered(gathered, slot, kGatheredC * step.inv_dx, v, c);
   store_vec3(p.v, b, v);
   store_mat3(p.C, b, c);
   const Floats to_fixed = splat(step.dt * step.inv_dx * static_cast<float>(kOneCell));

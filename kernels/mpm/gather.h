@@ -1,56 +1,62 @@
 // SPDX-License-Identifier: MIT
-// The moments of grid velocities around each particle: V = sum w v_i and the columns of sum w v_i d^T, d in
-// cells. On each axis the three nodes r0 r1 r2 enter as r1 and the differences a = r1 - r0, b = r2 - r1,
-// which belong to the cell and are formed once for all of its particles:
+// The moments of grid velocities around each particle: v = sum w v_i and the columns of C = 4/dx^2 sum w v_i
+// (x_i - x_p)^T (Jiang et al. 2015). On one axis, with the nodes r0 r1 r2 and a particle at f in its cell, the
+// quadratic B-spline makes both polynomials in f (d in cells):
 //
-//   sum w r   = r1 + s,            s = w2 b - w0 a          (the weights add up to 1)
-//   sum w d r = d0 s + 2 w2 b,     d0 = -1/2 - f            (d1 = d0 + 1, d2 = d0 + 2, and sum w d = 0)
+//   2 sum w r     = s + 2 f a + f^2 q              s = r0 + r1,  a = r1 - r0,  q = r2 - 2 r1 + r0
+//   4 sum w d r   = a + f^2 (3 - 2 f) q
+//
+// s, a and q belong to the cell and are formed once for all of its particles that follow one another.
 #pragma once
 #include "kernels/mpm/stencil.h"
 
 namespace firn::kernels::FIRN_ISA {
 
-struct AxisWeights {
-  alignas(64) float w2[kBatch], minus_w0[kBatch], d0[kBatch];
+struct AxisPowers {
+  alignas(64) float twice_f[kBatch], f2[kBatch], smooth[kBatch];  // 2 f, f^2, f^2 (3 - 2 f)
 };
 struct GatherWeights {
   alignas(64) std::int32_t offset[kBatch];
-  AxisWeights x, y;
-  Records4 w_z, wd_z;  // w and w d of the three nodes of a row; 0
+  AxisPowers x, y;
+  Records4 w_z, wd_z;  // w / 4 and w d / 2 of the three nodes of a row; 0
 };
 
-// v and mass, then the columns of sum w v_i d^T, four floats each.
+// v and mass, then the columns of dx C / 2, four floats each.
 struct Gathered {
   alignas(64) float of[kBatch][16];
 };
+inline constexpr float kGatheredC = 2.f;
 
-FIRN_INLINE void fill_axis(Floats f, int slot, AxisWeights& out) {
-  store(out.w2 + slot, weight2(f));
-  store(out.minus_w0 + slot, -weight0(f));
-  store(out.d0 + slot, splat(-0.5f) - f);
+FIRN_INLINE void fill_axis(Floats f, int slot, AxisPowers& out) {
+  const Floats twice = f + f, f2 = f * f;
+  store(out.twice_f + slot, twice);
+  store(out.f2 + slot, f2);
+  store(out.smooth + slot, f2 * (splat(3.f) - twice));
 }
 
 FIRN_INLINE void fill_gather_weights(const Place& at, int slot, GatherWeights& out) {
   store(out.offset + slot, at.offset);
   fill_axis(at.x, slot, out.x);
   fill_axis(at.y, slot, out.y);
-  const Floats w0 = weight0(at.z), w1 = weight1(at.z), w2 = weight2(at.z), zero = splat(0.f);
-  store_records(w0, w1, w2, zero, slot, out.w_z);
-  store_records(w0 * (splat(-0.5f) - at.z), w1 * (splat(0.5f) - at.z), w2 * (splat(1.5f) - at.z), zero, slot,
-                out.wd_z);
+  const Floats half = splat(0.5f), zero = splat(0.f);
+  const Floats w0 = weight0(at.z) * half, w1 = weight1(at.z) * half, w2 = weight2(at.z) * half;
+  store_records(w0 * half, w1 * half, w2 * half, zero, slot, out.w_z);
+  store_records(w0 * (-half - at.z), w1 * (half - at.z), w2 * (splat(1.5f) - at.z), zero, slot, out.wd_z);
 }
 
-// Middle row and differences on an axis.
+// s, a and q of three nodes on an axis.
 struct Line {
-  Floats middle, a, b;
+  Floats s, a, q;
 };
-FIRN_INLINE Line line_of(Floats r0, Floats r1, Floats r2) { return {r1, r1 - r0, r2 - r1}; }
+FIRN_INLINE Line line_of(Floats r0, Floats r1, Floats r2) {
+  const Floats a = r1 - r0;
+  return {r0 + r1, a, (r2 - r1) - a};
+}
 
-// One part of a cell's nine rows, differenced on x, then on y.
+// One part of a cell's nine rows: lines on x, then on y.
 struct CellRows {
-  Line middle, a, b;  // on x; their members on y
+  Line s, a, q;  // on x; their members on y
 };
-
 FIRN_INLINE CellRows load_cell(const float* at) {
   Line x[3];
 #pragma GCC unroll 3
@@ -58,32 +64,34 @@ FIRN_INLINE CellRows load_cell(const float* at) {
     const float* row = at + j * kRowStride;
     x[j] = line_of(load(row), load(row + kSlabStride), load(row + 2 * kSlabStride));
   }
-  return {line_of(x[0].middle, x[1].middle, x[2].middle), line_of(x[0].a, x[1].a, x[2].a),
-          line_of(x[0].b, x[1].b, x[2].b)};
+  return {line_of(x[0].s, x[1].s, x[2].s), line_of(x[0].a, x[1].a, x[2].a),
+          line_of(x[0].q, x[1].q, x[2].q)};
 }
+
+// At one particle of the cell.
+struct Powers {
+  Floats twice_f, f2, smooth;
+};
+FIRN_INLINE Powers powers_of(const AxisPowers& p, int l) {
+  return {splat(p.twice_f[l]), splat(p.f2[l]), splat(p.smooth[l])};
+}
+FIRN_INLINE Floats value(Floats s, Floats a, Floats q, const Powers& p) {
+  return fma(q, p.f2, fma(a, p.twice_f, s));
+}
+FIRN_INLINE Floats slope(Floats a, Floats q, const Powers& p) { return fma(q, p.smooth, a); }
 
 // A part of the sums over a row's nodes: v, then the columns for x, y and z, one entry a z-node.
 struct RowSums {
   Floats v, x, y, z;
 };
 
-struct Moments {
-  Floats sum, first;  // sum w r, sum w d r
-};
-FIRN_INLINE Moments moments(Floats middle, Floats a, Floats b, const AxisWeights& w, int l) {
-  const Floats p = b * splat(w.w2[l]);
-  const Floats s = fma(a, splat(w.minus_w0[l]), p);
-  return {middle + s, fma(s, splat(w.d0[l]), p + p)};
-}
-
 FIRN_INLINE RowSums gather_part(int part, const CellRows& c, const GatherWeights& w, int l) {
-  const Moments b = moments(c.middle.b, c.a.b, c.b.b, w.x, l);
-  const Moments a = moments(c.middle.a, c.a.a, c.b.a, w.x, l);
-  const Moments m = moments(c.middle.middle, c.a.middle, c.b.middle, w.x, l);
-  const Moments y = moments(m.sum, a.sum, b.sum, w.y, l);
-  const Floats x = fma(a.first, splat(w.y.minus_w0[l]), fma(b.first, splat(w.y.w2[l]), m.first));
-  const Floats wz = load_spread4(w.w_z[l], part);
-  return {y.sum * wz, x * wz, y.first * wz, y.sum * load_spread4(w.wd_z[l], part)};
+  const Powers x = powers_of(w.x, l), y = powers_of(w.y, l);
+  const Floats s = value(c.s.s, c.a.s, c.q.s, x), a = value(c.s.a, c.a.a, c.q.a, x),
+               q = value(c.s.q, c.a.q, c.q.q, x);
+  const Floats in_x = value(slope(c.a.s, c.q.s, x), slope(c.a.a, c.q.a, x), slope(c.a.q, c.q.q, x), y);
+  const Floats v = value(s, a, q, y), wz = load_spread4(w.w_z[l], part);
+  return {v * wz, in_x * wz, slope(a, q, y) * wz, v * load_spread4(w.wd_z[l], part)};
 }
 
 // Sums of a row's four nodes, as (0 + 2) + (1 + 3) at every width.
@@ -108,24 +116,17 @@ FIRN_INLINE void store_node_sums(const RowSums (&s)[kParts], float* out) {
 #endif
 }
 
-// All particles of a run, part by part: only one part of the cell's rows fits into the registers.
-FIRN_INLINE void gather_run(const GatherWeights& w, int first, int last, const float* tile, Gathered& out) {
+// Part by part: only one part of a cell's rows fits into the registers.
+FIRN_INLINE void gather(const GatherWeights& w, int count, const float* tile, Gathered& out) {
   RowSums sums[kBatch][kParts];
 #pragma GCC unroll 4
   for (int part = 0; part < kParts; ++part) {
-    const CellRows cell = load_cell(tile + w.offset[first] + part * kLanes);
-    for (int l = first; l < last; ++l) {
+    CellRows cell = load_cell(tile + w.offset[0] + part * kLanes);
+    for (int l = 0; l < count; ++l) {
+      if (l > 0 && w.offset[l] != w.offset[l - 1]) cell = load_cell(tile + w.offset[l] + part * kLanes);
       sums[l][part] = gather_part(part, cell, w, l);
       if (part == kParts - 1) store_node_sums(sums[l], out.of[l]);
     }
-  }
-}
-
-FIRN_INLINE void gather(const GatherWeights& w, int count, const float* tile, Gathered& out) {
-  for (int first = 0; first < count;) {
-    const int last = end_of_run(w.offset, first, count);
-    gather_run(w, first, last, tile, out);
-    first = last;
   }
 }
 
