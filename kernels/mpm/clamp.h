@@ -8,9 +8,9 @@
 // little, and E then carries its stretch to round-off. Lanes that are far from a rotation, where E loses
 // small stretches, go through the SVD, each by its own criterion.
 #pragma once
+#include "kernels/mpm/stretch.h"
 #include "kernels/mpm/views.h"
 #include "kernels/simd/eigenvalues3.h"
-#include "kernels/mpm/stretch.h"
 
 namespace firn::kernels::FIRN_ISA {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The moments of grid velocities around each particle: v = sum w v_i and the columns of C = 4/dx^2 sum w v_i
-// (x_i - x_p)^T (Jiang et al. 2015). On one axis, with the nodes r0 r1 r2 and a particle at f in its cell, the
-// quadratic B-spline makes both polynomials in f (d in cells):
+// (x_i - x_p)^T (Jiang et al. 2015). On one axis, with the nodes r0 r1 r2 and a particle at f in its cell,
+// the quadratic B-spline makes both polynomials in f (d in cells):
 //
 //   2 sum w r     = s + 2 f a + f^2 q              s = r0 + r1,  a = r1 - r0,  q = r2 - 2 r1 + r0
 //   4 sum w d r   = a + f^2 (3 - 2 f) q
@@ -64,8 +64,7 @@ FIRN_INLINE CellRows load_cell(const float* at) {
     const float* row = at + j * kRowStride;
     x[j] = line_of(load(row), load(row + kSlabStride), load(row + 2 * kSlabStride));
   }
-  return {line_of(x[0].s, x[1].s, x[2].s), line_of(x[0].a, x[1].a, x[2].a),
-          line_of(x[0].q, x[1].q, x[2].q)};
+  return {line_of(x[0].s, x[1].s, x[2].s), line_of(x[0].a, x[1].a, x[2].a), line_of(x[0].q, x[1].q, x[2].q)};
 }
 
 // At one particle of the cell.

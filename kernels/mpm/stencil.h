@@ -11,7 +11,8 @@
 namespace firn::kernels::FIRN_ISA {
 
 inline constexpr int kBatch = 16;
-// How far ahead of a batch its columns are asked for. There are more of them than the hardware follows by itself.
+// How far ahead of a batch its columns are asked for. There are more of them than the hardware follows by
+// itself.
 inline constexpr std::size_t kAhead = 2 * kBatch;
 
 // Position, velocity, deformation and what goes with them: what P2G reads and G2P reads or writes.

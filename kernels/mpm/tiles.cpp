@@ -74,7 +74,8 @@ void assemble_tile(const float* const blocks[kNeighbours], float* tile) {
     for (int y = 0; y < kTileSide; ++y) {
       const Source sx = kBlockOfNode[x], sy = kBlockOfNode[y];
       const float* const* along_z = blocks + (sx.offset * 3 + sy.offset) * 3;
-      const float *below = along_z[0] + node_at(sx.at, sy.at, 3), *same = along_z[1] + node_at(sx.at, sy.at, 0),
+      const float *below = along_z[0] + node_at(sx.at, sy.at, 3),
+                  *same = along_z[1] + node_at(sx.at, sy.at, 0),
                   *above = along_z[2] + node_at(sx.at, sy.at, 0);
       float* row = tile + tile_at(x, y, 0);
       for (int i = 0; i < kNodeFloats; ++i) row[i] = below[i];
