@@ -8,6 +8,8 @@
 //
 // Each stage is one parallel loop over blocks in which every block writes only its own memory: no atomics, no
 // colours, and the same bits for any number of threads.
+#include <cmath>
+
 #include "src/core/parallel.h"
 #include "src/mpm/colliders.h"
 #include "src/mpm/state.h"
@@ -15,6 +17,10 @@
 namespace firn {
 
 namespace {
+
+// How far the fastest particle goes until it lies where it is sorted to: nearly the margin of a block, the
+// rest is for particles that turn round.
+constexpr float kLeadCells = 0.75f;
 
 kernels::ParticleRange range_of(const ParticleBlocks& blocks, std::size_t b) {
   return {blocks.begin[b], blocks.begin[b + 1]};
@@ -38,7 +44,8 @@ Leavers leavers_of(const SimulationSetup& setup) {
 }  // namespace
 
 void Simulation::State::sort() {
-  left += sorter.sort(particles, blocks, leavers_of(setup));
+  const float speed = std::sqrt(summary.speed2);
+  left += sorter.sort(particles, blocks, leavers_of(setup), speed > 0 ? kLeadCells / speed : 0.f);
   rebuild_grid();
 }
 

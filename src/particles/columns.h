@@ -29,6 +29,9 @@ class ParticleColumns {
   std::uint32_t* column(std::size_t k) { return columns_[k]; }
   const std::uint32_t* column(std::size_t k) const { return columns_[k]; }
 
+  // One word a particle for whatever is needed between two calls of permute(), which overwrites it.
+  std::uint32_t* scratch() { return columns_[kColumns]; }
+
   // Particle i becomes what particle order[i] was; particles that `order` leaves out are gone.
   void permute(const std::vector<std::uint32_t>& order);
 

@@ -28,14 +28,25 @@ BlockCoord block_of(const LatticePoint& p) {
   return {block(p.x), block(p.y), block(p.z)};
 }
 
-int destination(const kernels::ParticleView& p, std::size_t i) {
-  int n = 0;
-  for (const auto* x : p.x) {
-    const int step = x[i] >> kInBlock;
-    assert(step >= -1 && step <= 1);
-    n = 3 * n + step + 1;
+// A coordinate `lead` ahead.
+std::int32_t ahead(std::int32_t x, float v, float lead) {
+  return x + static_cast<std::int32_t>(v * (lead * kernels::kOneCell));
+}
+
+// Where particles [begin, end) of one block go: the neighbour, then the cell in it.
+constexpr std::uint32_t kCellMask = kernels::kBlockNodes - 1;
+void find_destinations(const kernels::ParticleView& p, std::size_t begin, std::size_t end, float lead,
+                       std::uint32_t* out) {
+  for (std::size_t i = begin; i < end; ++i) {
+    std::int32_t block = 0, cell = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::int32_t x = ahead(p.x[axis][i], p.v[axis][i], lead);
+      block = 3 * block + (x >> kInBlock) + 1;
+      cell = 4 * cell + (x >> kernels::kCellBits & 3);
+    }
+    assert(block >= 0 && block < kernels::kNeighbours);
+    out[i] = static_cast<std::uint32_t>(block * kernels::kBlockNodes + cell);
   }
-  return n;
 }
 
 }  // namespace
@@ -86,18 +97,22 @@ std::vector<std::uint32_t> place_in_blocks(const std::vector<LatticePoint>& poin
   return order;
 }
 
-void BlockSorter::group_by_destination(const ParticleColumns& particles, const ParticleBlocks& blocks,
-                                       const Leavers& leavers) {
+void BlockSorter::group_by_destination(ParticleColumns& particles, const ParticleBlocks& blocks,
+                                       const Leavers& leavers, float lead) {
   const kernels::ParticleView p = particles.view();
+  std::uint32_t* const destination = particles.scratch();
   by_destination_.resize(particles.size());
   flows_of_block_.resize(blocks.size());
   parallel_for(blocks.size(), 4, [&](std::size_t b) {
     const std::size_t begin = blocks.begin[b], end = blocks.begin[b + 1];
-    const bool may_lose = leavers.may_lose && leavers.may_lose(blocks.coord[b]);
-    const auto where = [&](std::size_t i) {
-      const std::int32_t x[3] = {p.x[0][i], p.x[1][i], p.x[2][i]};
-      return may_lose && leavers.is_gone(blocks.coord[b], x) ? kGone : destination(p, i);
-    };
+    find_destinations(p, begin, end, lead, destination);
+    if (leavers.may_lose && leavers.may_lose(blocks.coord[b])) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::int32_t x[3] = {p.x[0][i], p.x[1][i], p.x[2][i]};
+        if (leavers.is_gone(blocks.coord[b], x)) destination[i] = kGone * kernels::kBlockNodes;
+      }
+    }
+    const auto where = [&](std::size_t i) { return destination[i] / kernels::kBlockNodes; };
     std::array<std::size_t, kGone + 2> at{};  // counts, then where the next particle of a destination goes
     for (std::size_t i = begin; i < end; ++i) ++at[where(i) + 1];
     at[0] = begin;
@@ -144,8 +159,8 @@ void BlockSorter::cut_new_blocks(ParticleBlocks& blocks) {
   first_flow_.push_back(flows_.size());
 }
 
-void BlockSorter::order_cells(const ParticleColumns& particles, const ParticleBlocks& blocks) {
-  const kernels::ParticleView p = particles.view();
+void BlockSorter::order_cells(ParticleColumns& particles, const ParticleBlocks& blocks) {
+  const std::uint32_t* const destination = particles.scratch();
   order_.resize(blocks.begin.back());
   parallel_for(blocks.size(), 4, [&](std::size_t b) {
     const auto for_each = [&](auto&& f) {
@@ -153,26 +168,27 @@ void BlockSorter::order_cells(const ParticleColumns& particles, const ParticleBl
         for (std::size_t i = flows_[k].begin; i < flows_[k].end; ++i) f(by_destination_[i]);
       }
     };
-    const auto cell = [&](std::uint32_t i) { return cell_in_block(p.x[0][i], p.x[1][i], p.x[2][i]); };
+    const auto cell = [&](std::uint32_t i) { return destination[i] & kCellMask; };
     std::array<std::size_t, kernels::kBlockNodes + 1> at{};
-    for_each([&](std::uint32_t i) { ++at[static_cast<std::size_t>(cell(i)) + 1]; });
+    for_each([&](std::uint32_t i) { ++at[cell(i) + 1]; });
     at[0] = blocks.begin[b];
     for (int c = 0; c < kernels::kBlockNodes; ++c) at[c + 1] += at[c];
-    for_each([&](std::uint32_t i) { order_[at[static_cast<std::size_t>(cell(i))]++] = i; });
+    for_each([&](std::uint32_t i) { order_[at[cell(i)]++] = i; });
   });
 }
 
-std::size_t BlockSorter::sort(ParticleColumns& particles, ParticleBlocks& blocks, const Leavers& leavers) {
+std::size_t BlockSorter::sort(ParticleColumns& particles, ParticleBlocks& blocks, const Leavers& leavers,
+                              float lead) {
   const std::size_t before = particles.size();
-  group_by_destination(particles, blocks, leavers);
+  group_by_destination(particles, blocks, leavers, lead);
   cut_new_blocks(blocks);
   order_cells(particles, blocks);
   particles.permute(order_);
   const kernels::ParticleView p = particles.view();
   parallel_chunks(particles.size(), 16384, [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (auto* x : p.x) {
-      for (std::size_t i = begin; i < end; ++i)
-        x[i] &= (1 << kInBlock) - 1;  // now from the new block's corner
+    for (int axis = 0; axis < 3; ++axis) {
+      for (std::size_t i = begin; i < end; ++i)  // now from the new block's corner
+        p.x[axis][i] -= ahead(p.x[axis][i], p.v[axis][i], lead) & -(1 << kInBlock);
     }
   });
   return before - particles.size();

@@ -30,11 +30,14 @@ struct Leavers {
   std::function<bool(const BlockCoord&, const std::int32_t x[3])> is_gone;
 };
 
-// Sorts again after drift. Positions must be within one block of the block's own cells. Returns how many
-// left; throws an unstable Error when snow reaches the end of the addressable world.
+// Sorts again after drift, into the blocks and cells where the particles will be: `lead` (cells per m/s)
+// times v, at most one cell, further on. So snow that moves drifts through its block's margin from one side
+// to the other, which takes twice as long, and is in the best order half-way. Positions and places ahead must
+// be within one block of the block's own cells. Returns how many left; throws an unstable Error when snow
+// reaches the end of the addressable world.
 class BlockSorter {
  public:
-  std::size_t sort(ParticleColumns& particles, ParticleBlocks& blocks, const Leavers& leavers);
+  std::size_t sort(ParticleColumns& particles, ParticleBlocks& blocks, const Leavers& leavers, float lead);
   std::size_t resident_bytes() const;
 
  private:
@@ -44,9 +47,9 @@ class BlockSorter {
     std::uint32_t from;      // old block
     std::size_t begin, end;  // in by_destination_
   };
-  void group_by_destination(const ParticleColumns&, const ParticleBlocks&, const Leavers&);
+  void group_by_destination(ParticleColumns&, const ParticleBlocks&, const Leavers&, float lead);
   void cut_new_blocks(ParticleBlocks& blocks);
-  void order_cells(const ParticleColumns&, const ParticleBlocks&);
+  void order_cells(ParticleColumns&, const ParticleBlocks&);
 
   std::vector<std::uint32_t> by_destination_;  // particle numbers, by old block, then destination, then order
   std::vector<std::uint32_t> order_;
