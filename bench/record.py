@@ -29,7 +29,7 @@ RUNS = {
     "impact, x86-64-v3": ["sim", "--isa", "x86-64-v3", "--no-naive"],
     "impact, 100k": ["sim", *size(100_000)],
     "impact, 8M": ["sim", *size(8_000_000)],
-    "impact, baseline of five sweeps": ["sim", "--naive-five-sweeps"],
+    "impact, baseline of a converged SVD": ["sim", "--naive-svd", "converged"],
     "falling": ["sim", "--scene", "falling", "--steps", "100"],
     "settled": ["sim", "--scene", "settled", "--steps", "100"],
     "kernels": ["kernels"],
@@ -54,7 +54,7 @@ def commit():
 
 
 def known_commands(program):
-    usage = subprocess.run([program], capture_output=True, text=True).stderr
+    usage = subprocess.run([program, "--help"], capture_output=True, text=True, check=True).stdout
     return {line.split()[2] for line in usage.splitlines() if line.startswith("usage: firn-bench")}
 
 
