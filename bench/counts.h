@@ -15,7 +15,7 @@ inline constexpr double kScatterFlops = 387;
 inline constexpr double kGatherFlops = 377;
 inline constexpr double kAdvanceFlops = 63;
 inline constexpr double kYieldFlops = 93;
-inline constexpr double kSvdFlops = 1270;
+inline constexpr double kSvdFlops = 330;
 inline constexpr double kGridNodeFlops = 7;
 
 // Bytes a unit that must be read and written when nothing stays in a cache; of tiles and nodes, which depend

@@ -118,6 +118,12 @@ FIRN_INLINE Floats determinant(const Sym3& a) {
   return dot(x, cross(y, z));
 }
 
+// A^-1 det A
+FIRN_INLINE Sym3 adjugate(const Sym3& a) {
+  return {fma(a.yy, a.zz, -(a.yz * a.yz)), fma(a.xx, a.zz, -(a.xz * a.xz)), fma(a.xx, a.yy, -(a.xy * a.xy)),
+          fma(a.xz, a.yz, -(a.xy * a.zz)), fma(a.xy, a.yz, -(a.xz * a.yy)), fma(a.xy, a.xz, -(a.yz * a.xx))};
+}
+
 // All leading minors positive (Sylvester); false for NaN.
 FIRN_INLINE Mask positive_definite(const Sym3& a) {
   const Floats zero = splat(0.f);
