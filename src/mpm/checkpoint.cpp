@@ -63,6 +63,19 @@ bool consistent(const ParticleBlocks& blocks, std::size_t particles) {
   return true;
 }
 
+// Particles where P2G, or first a sort, can follow them, of objects that there are.
+bool within_reach(const ParticleColumns& particles, bool strayed, std::size_t objects) {
+  const kernels::ParticleView p = particles.view();
+  const std::int32_t margin = (strayed ? 3 : 1) * kernels::kOneCell, block = 4 * kernels::kOneCell;
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    for (const std::int32_t* x : p.x) {
+      if (x[i] < -margin || x[i] >= block + margin) return false;
+    }
+    if (p.object[i] >= objects) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 void Simulation::save(std::ostream& out) const {
@@ -119,6 +132,9 @@ void Simulation::load(std::istream& in) {
   ParticleColumns particles;
   particles.allocate(c.particles);
   for (std::size_t k = 0; k < kColumns; ++k) read(in, particles.column(k), c.particles);
+  if (!within_reach(particles, c.summary.strayed, s.materials.size())) {
+    throw Error(ExitCode::io, "", "the saved simulation is damaged: a particle lies beyond its block");
+  }
 
   s.particles = std::move(particles);
   s.blocks = std::move(blocks);

@@ -37,6 +37,8 @@ bool Simulation::advance_to(double time, const std::atomic<bool>& stop) {
 void Simulation::step(double dt) {
   State& s = *state_;
   if (!(dt > 0)) throw Error(ExitCode::usage, "", "a step needs dt > 0");
+  // What has blown up stays so: its particles may lie beyond the reach of their tiles and of a sort.
+  if (s.steps > 0) s.check_stability(s.last_step.dt);
   s.last_stable_dt = stable_limit(s).dt;
   s.last_step.dt = dt;
   s.step(dt);

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "src/core/error.h"
+#include "src/particles/fields.h"
 #include "tests/catch.h"
 #include "tests/physics/snow.h"
 
@@ -99,6 +100,10 @@ TEST_CASE("loading refuses what is cut short, of another scene, or no saved stat
   other.snow[0].material.young_modulus *= 2;
   std::stringstream whole(bytes);
   CHECK_THROWS_AS(Simulation(best_kernels(), other).load(whole), Error);
+  std::string far = bytes;  // the first particle, eight cells away
+  far[bytes.size() - 4 * kColumns * simulation.particle_count() + 3] ^= 0x60;
+  std::stringstream beyond(far);
+  CHECK_THROWS_AS(simulation.load(beyond), Error);
   CHECK(simulation.state_hash() == before);
 }
 
