@@ -14,7 +14,7 @@ inline constexpr double kStressFlops = 197;
 inline constexpr double kScatterFlops = 387;
 inline constexpr double kGatherFlops = 377;
 inline constexpr double kAdvanceFlops = 63;
-inline constexpr double kYieldFlops = 93;
+inline constexpr double kYieldFlops = 97;
 inline constexpr double kSvdFlops = 330;
 inline constexpr double kGridNodeFlops = 7;
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Singular values of F clamped to [lo, hi], only where it changes something: all of them lie inside exactly
-// when F F^T - lo^2 I and hi^2 I - F F^T are positive definite and det F > 0, which costs a tenth of a
-// decomposition. A lane that passes keeps every bit of its F, whatever its neighbours need.
+// Singular values of F clamped to [lo, hi], only where it changes something: all of them lie inside when F
+// F^T - lo^2 I and hi^2 I - F F^T are positive definite and det F > 0, which costs a tenth of a
+// decomposition. The test is on the safe side of its round-off, so that only the decomposition decides what
+// is clamped: asking first saves time and changes no bit (tests/kernels/test_yielding.cpp).
 //
 // The clamped F is f(E) F with E = F F^T - I and f(e) = clamp(sqrt(1 + e)) / sqrt(1 + e): a function of a
 // symmetric matrix, for which the eigenvalues of E and Newton's interpolation suffice. Snow leaves the box by
@@ -14,11 +15,14 @@
 
 namespace firn::kernels::FIRN_ISA {
 
+// False within 1e-6 of the box's sides, which is more than what the decomposition is off.
 FIRN_INLINE Mask inside_box(const Mat3& f, Floats lo, Floats hi) {
-  const Floats one = splat(1.f);
+  const Floats one = splat(1.f), margin = hi * splat(1e-6f);
+  lo = lo + margin;
+  hi = hi - margin;
   const Sym3 e = add_diagonal(times_transpose(f), -one);
-  return positive_definite(add_diagonal(e, one - lo * lo)) &
-         positive_definite(add_diagonal(e * -one, hi * hi - one)) & less(splat(0.f), det(f));
+  return surely_positive_definite(add_diagonal(e, one - lo * lo)) &
+         surely_positive_definite(add_diagonal(e * -one, hi * hi - one)) & less(splat(0.f), det(f));
 }
 
 struct Clamped {

@@ -60,6 +60,17 @@ double energy(const MaterialParams& p, const double f[9], double jp) {
   return std::exp(p.hardening * (1 - jp)) * (p.mu * stretch + 0.5 * p.lambda * (j - 1) * (j - 1));
 }
 
+double wave_speed2(const MaterialParams& p, const double f[9], double jp) {
+  double norm2 = 0;
+  for (int k = 0; k < 9; ++k) norm2 += f[k] * f[k];
+  const double stretch2 = std::fmax(1, norm2 - 2);
+  if (p.kind == kNeoHookean) {
+    const double pressed = std::fmax(0, -std::log(std::fmax(determinant(f), 0.01)));
+    return (p.mu * (1 + stretch2) + p.lambda * (1 + pressed)) * p.inverse_density;
+  }
+  return std::exp(p.hardening * (1 - jp)) * (p.lambda + 2 * p.mu) * stretch2 * p.inverse_density;
+}
+
 bool project(const MaterialParams& p, double f[9], double& jp) {
   double u[9], s[3], v[9];
   svd(f, u, s, v);

@@ -25,6 +25,9 @@ double determinant(const double a[9]);
 void stress(const MaterialParams& material, const double f[9], double jp, double tau[9]);
 double energy(const MaterialParams& material, const double f[9], double jp);
 
+// m^2/s^2, of the fastest elastic wave, with the largest squared stretch bounded by |F|^2 - 2.
+double wave_speed2(const MaterialParams& material, const double f[9], double jp);
+
 // Clamps the singular values and updates Jp; true when F changed.
 bool project(const MaterialParams& material, double f[9], double& jp);
 

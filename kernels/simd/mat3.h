@@ -124,11 +124,12 @@ FIRN_INLINE Sym3 adjugate(const Sym3& a) {
           fma(a.xz, a.yz, -(a.xy * a.zz)), fma(a.xy, a.yz, -(a.xz * a.yy)), fma(a.xy, a.xz, -(a.yz * a.xx))};
 }
 
-// All leading minors positive (Sylvester); false for NaN.
-FIRN_INLINE Mask positive_definite(const Sym3& a) {
-  const Floats zero = splat(0.f);
+// All leading minors positive (Sylvester) by more than their round-off, which is relative to the trace: true
+// only for what is positive definite; false for NaN.
+FIRN_INLINE Mask surely_positive_definite(const Sym3& a) {
+  const Floats t = trace(a), least2 = t * t * splat(2e-7f);
   const Floats minor2 = fma(a.xx, a.yy, -(a.xy * a.xy));
-  return less(zero, a.xx) & less(zero, minor2) & less(zero, determinant(a));
+  return less(splat(0.f), a.xx) & less(least2, minor2) & less(least2 * t, determinant(a));
 }
 
 }  // namespace firn::kernels::FIRN_ISA

@@ -2,6 +2,7 @@
 // Seeded random particles for the kernel tests, as columns and as the reference's particles.
 #pragma once
 #include <cmath>
+#include <cstring>
 #include <vector>
 
 #include "kernels/reference/mpm.h"
@@ -72,6 +73,15 @@ inline ParticleColumns random_particles(std::size_t count, std::uint64_t seed, d
     p.object[i] = static_cast<std::uint32_t>(random.in(0, objects));
   }
   return columns;
+}
+
+inline ParticleColumns copy_of(const ParticleColumns& from) {
+  ParticleColumns to;
+  to.allocate(from.size());
+  for (std::size_t k = 0; k < kColumns; ++k) {
+    std::memcpy(to.column(k), from.column(k), from.size() * sizeof(float));
+  }
+  return to;
 }
 
 inline std::vector<kernels::reference::Particle> reference_particles(const ParticleColumns& columns) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <vector>
 
 #include "tests/catch.h"
@@ -81,14 +81,7 @@ TEST_CASE("plasticity is the reference's, also for degenerate and inverted eleme
     for (auto& p : particles) kernels::reference::project(materials[p.object], p.F, p.Jp);
     on_every_isa([&](const kernels::KernelTable& table) {
       INFO(table.isa << " strain " << strain);
-      const ParticleColumns columns = [&] {
-        ParticleColumns copy;
-        copy.allocate(original.size());
-        for (std::size_t k = 0; k < kColumns; ++k) {
-          std::memcpy(copy.column(k), original.column(k), original.size() * sizeof(float));
-        }
-        return copy;
-      }();
+      const ParticleColumns columns = copy_of(original);
       table.mpm.project(materials.data(), columns.view(), {0, columns.size()});
       Worst f_error, jp_error;
       for (std::size_t i = 0; i < particles.size(); ++i) {
@@ -144,5 +137,74 @@ TEST_CASE(
       for (const double sigma : s) outside.add(std::max(m.sigma_min - sigma, sigma - m.sigma_max));
     }
     CHECK(outside.value() < 2e-6);
+  });
+}
+
+TEST_CASE(
+    "stress, energy and plasticity of 1 to 17 particles of a column are those of the whole column, and no "
+    "more") {
+  const auto materials = test_materials();
+  constexpr std::size_t kAll = 40;
+  constexpr float kUntouched = -7;
+  const ParticleColumns original = random_particles(kAll, 27, 0.1, 3);
+  on_every_isa([&](const kernels::KernelTable& table) {
+    INFO(table.isa);
+    const kernels::MpmKernels& mpm = table.mpm;
+    std::vector<float> tau(6 * kAll), energy(kAll);
+    mpm.stress(materials.data(), original.view(), {0, kAll}, tau.data(), kAll);
+    mpm.elastic_energy(materials.data(), original.view(), {0, kAll}, energy.data());
+    const ParticleColumns projected = copy_of(original);
+    mpm.project(materials.data(), projected.view(), {0, kAll});
+    int differences = 0;
+    for (std::size_t count = 1; count <= 17; ++count) {
+      const std::size_t begin = count % 5, end = begin + count;
+      std::vector<float> part_tau(6 * kAll, kUntouched), part_energy(kAll, kUntouched);
+      mpm.stress(materials.data(), original.view(), {begin, end}, part_tau.data(), kAll);
+      mpm.elastic_energy(materials.data(), original.view(), {begin, end}, part_energy.data());
+      const ParticleColumns part = copy_of(original);
+      mpm.project(materials.data(), part.view(), {begin, end});
+      for (std::size_t i = 0; i < kAll; ++i) {
+        const bool inside = i >= begin && i < end;
+        for (int k = 0; k < 6 && i + begin < kAll; ++k) {
+          const float own = i < count ? tau[k * kAll + begin + i] : kUntouched;
+          differences += part_tau[k * kAll + i] != own;
+        }
+        if (i + begin < kAll) differences += part_energy[i] != (i < count ? energy[begin + i] : kUntouched);
+        for (std::size_t k = 0; k < kColumns; ++k) {
+          differences += part.column(k)[i] != (inside ? projected : original).column(k)[i];
+        }
+      }
+    }
+    CHECK(differences == 0);
+  });
+}
+
+TEST_CASE("the summary of 1 to 17 particles has their largest speed, rate and wave speed, as the reference") {
+  const auto materials = test_materials();
+  const ParticleColumns columns = random_particles(40, 28, 0.1, 3);
+  // Inert lanes count as snow of Jp = 1.
+  for (std::size_t i = 0; i < columns.size(); ++i) columns.view().Jp[i] = std::min(columns.view().Jp[i], 1.f);
+  const auto particles = reference_particles(columns);
+  on_every_isa([&](const kernels::KernelTable& table) {
+    for (std::size_t count = 1; count <= 17; ++count) {
+      INFO(table.isa << ", " << count << " particles");
+      const std::size_t begin = count % 5;
+      double speed2 = 0, rate2 = 0, wave2 = 0;
+      for (std::size_t i = begin; i < begin + count; ++i) {
+        const auto& p = particles[i];
+        double v2 = 0, c2 = 0;
+        for (const double v : p.v) v2 += v * v;
+        for (const double c : p.C) c2 += c * c;
+        speed2 = std::max(speed2, v2);
+        rate2 = std::max(rate2, c2);
+        wave2 = std::max(wave2, kernels::reference::wave_speed2(materials[p.object], p.F, p.Jp));
+      }
+      kernels::BlockSummary summary;
+      table.mpm.summarise(materials.data(), columns.view(), {begin, begin + count}, &summary);
+      CHECK(summary.speed2 == Approx(speed2).epsilon(1e-5));
+      CHECK(summary.rate2 == Approx(rate2).epsilon(1e-5));
+      CHECK(summary.wave2 == Approx(wave2).epsilon(1e-5));
+      CHECK(summary.not_finite == 0);
+    }
   });
 }

@@ -19,7 +19,8 @@ struct Matrices {
   void add(const double m[9]) {
     for (int k = 0; k < 9; ++k) f[k].push_back(static_cast<float>(m[k]));
   }
-  void solve(const kernels::KernelTable& table) {
+  void solve(const kernels::KernelTable& table) { solve(table, size()); }
+  void solve(const kernels::KernelTable& table, std::size_t count) {
     const float* in[9];
     float *uo[9], *so[3], *vo[9];
     for (int k = 0; k < 9; ++k) {
@@ -33,7 +34,7 @@ struct Matrices {
       s[k].resize(size());
       so[k] = s[k].data();
     }
-    table.mpm.svd(in, size(), uo, so, vo);
+    table.mpm.svd(in, count, uo, so, vo);
   }
 };
 
@@ -222,6 +223,36 @@ TEST_CASE("SVD has the same bits on x86-64-v3 and x86-64-v4, in any company") {
   }
   for (int k = 0; k < 3; ++k) compare(whole.s[k], shifted.s[k]);
   CHECK(differences == 0);
+}
+
+TEST_CASE("SVD of 1 to 17 matrices gives each its own bits and writes nothing behind them") {
+  Matrices whole;
+  Random random(20);
+  for (int i = 0; i < 17; ++i) {
+    const double s[3] = {random.in(1, 2), random.in(0, 1), random.in(-1, 1)};
+    add_with_values(random, s, whole);
+  }
+  on_every_isa([&](const kernels::KernelTable& table) {
+    INFO(table.isa);
+    whole.solve(table);
+    int differences = 0;
+    for (std::size_t count = 1; count <= 17; ++count) {
+      Matrices part = whole;
+      const auto fill = [](auto& columns) {
+        for (auto& column : columns) column.assign(17, -7.f);
+      };
+      fill(part.u), fill(part.s), fill(part.v);
+      part.solve(table, count);
+      const auto compare = [&](const auto& columns, const auto& expected) {
+        for (std::size_t k = 0; k < std::size(columns); ++k) {
+          for (std::size_t i = 0; i < 17; ++i)
+            differences += columns[k][i] != (i < count ? expected[k][i] : -7.f);
+        }
+      };
+      compare(part.u, whole.u), compare(part.s, whole.s), compare(part.v, whole.v);
+    }
+    CHECK(differences == 0);
+  });
 }
 
 TEST_CASE("SVD finds the singular values of the double reference") {
