@@ -91,7 +91,7 @@ void add_transfers(State& s, std::vector<Entry>& out) {
       {"tile reduction", "particle", ns(times.reduce, n), tile_bytes / 4 / n, (tile_bytes + 16 * nodes) / n});
   out.push_back({"grid update", "node", ns(times.grid, nodes), kGridNodeFlops, kGridNodeBytes});
   out.push_back({"G2P", "particle", ns(times.g2p, n),
-                 kWeightFlops + kGatherFlops + kAdvanceFlops + kYieldFlops + clamped * kClampFlops,
+                 kGatherWeightFlops + kGatherFlops + kAdvanceFlops + kYieldFlops + clamped * kClampFlops,
                  kG2pBytes + 16 * nodes / n});
   out.push_back({"sort", "particle", ns(times.sort, n), 0, kSortBytes});
 }
