@@ -38,9 +38,9 @@ std::optional<Runs> run_at(double dt, const SimOptions& options, bool naive,
                            const kernels::KernelTable& kernels) {
   Runs runs;
   {
-    const SimulationSetup setup = bench_scene(options.scene, options.particles);
+    SimulationSetup setup = bench_scene(options.scene, options.particles);
     if (naive) runs.naive = std::make_unique<NaiveRun>(setup, options.stop_early);
-    runs.firn = std::make_unique<FirnRun>(kernels, setup);
+    runs.firn = std::make_unique<FirnRun>(kernels, std::move(setup));
   }
   std::string why;
   const auto turn = [&](auto& run, int first) {

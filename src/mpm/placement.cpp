@@ -66,18 +66,37 @@ LatticePoint to_lattice(const Vec3& world, double dx) {
   return {fixed(world.x()), fixed(world.y()), fixed(world.z())};
 }
 
-struct Source {  // where particle `id` comes from
-  std::uint32_t object;
-  std::uint32_t index;
+// Particle ids count through the snow objects in turn.
+class Sources {
+ public:
+  explicit Sources(const std::vector<PlacedSnow>& snow) {
+    for (const PlacedSnow& s : snow) first_.push_back(first_.back() + s.position.size());
+  }
+  std::size_t count() const { return first_.back(); }
+  std::size_t object_of(std::size_t id) const {
+    return static_cast<std::size_t>(std::upper_bound(first_.begin(), first_.end(), id) - first_.begin()) - 1;
+  }
+  std::size_t index_of(std::size_t id, std::size_t object) const { return id - first_[object]; }
+
+ private:
+  std::vector<std::size_t> first_{0};  // id of each object, and the end
 };
 
-void fill_particle(const kernels::ParticleView& p, std::size_t i, const LatticePoint& at,
-                   const PlacedSnow& snow, std::size_t index, const Mat3& gradient) {
+template <class T>
+void release(std::vector<T>& values) {  // `= {}` would keep the memory
+  std::vector<T>().swap(values);
+}
+
+void fill_place(const kernels::ParticleView& p, std::size_t i, const LatticePoint& at, const Vec3& velocity) {
   constexpr std::int64_t kInBlock = 4ll * kernels::kOneCell - 1;
   p.x[0][i] = static_cast<std::int32_t>(at.x & kInBlock);
   p.x[1][i] = static_cast<std::int32_t>(at.y & kInBlock);
   p.x[2][i] = static_cast<std::int32_t>(at.z & kInBlock);
-  for (int axis = 0; axis < 3; ++axis) p.v[axis][i] = static_cast<float>(snow.velocity[index][axis]);
+  for (int axis = 0; axis < 3; ++axis) p.v[axis][i] = static_cast<float>(velocity[axis]);
+}
+
+void fill_material(const kernels::ParticleView& p, std::size_t i, const PlacedSnow& snow, std::size_t index,
+                   const Mat3& gradient) {
   for (int k = 0; k < 9; ++k) {
     p.C[k][i] = static_cast<float>(gradient(k / 3, k % 3));
     p.F[k][i] = k % 4 == 0 ? 1.f : 0.f;
@@ -87,27 +106,40 @@ void fill_particle(const kernels::ParticleView& p, std::size_t i, const LatticeP
   p.V0[i] = static_cast<float>(snow.particle_volume);
 }
 
+// Positions and velocities are given back before most of the columns are touched, so that placing snow takes
+// no more memory than stepping it.
 void fill_columns(Simulation::State& state) {
-  const std::vector<PlacedSnow>& snow = state.setup.snow;
-  std::vector<Source> sources;
+  std::vector<PlacedSnow>& snow = state.setup.snow;
+  const Sources sources(snow);
   std::vector<Mat3> gradients;
-  for (std::uint32_t object = 0; object < snow.size(); ++object) {
-    for (std::uint32_t k = 0; k < snow[object].position.size(); ++k) sources.push_back({object, k});
-    gradients.push_back(affine_velocity(snow[object]));
-  }
-  std::vector<LatticePoint> points(sources.size());
-  parallel_for(sources.size(), 4096, [&](std::size_t id) {
-    points[id] = to_lattice(snow[sources[id].object].position[sources[id].index], state.setup.dx);
-  });
-  const std::vector<std::uint32_t> order = place_in_blocks(points, state.setup.dx, state.blocks);
+  for (const PlacedSnow& s : snow) gradients.push_back(affine_velocity(s));
+  const auto place = [&](std::size_t id) {
+    const std::size_t object = sources.object_of(id);
+    return to_lattice(snow[object].position[sources.index_of(id, object)], state.setup.dx);
+  };
+  const std::vector<std::uint32_t> order =
+      place_in_blocks(sources.count(), place, state.setup.dx, state.blocks);
   state.particles.allocate(order.size());
   const kernels::ParticleView p = state.particles.view();
-  parallel_for(order.size(), 4096, [&](std::size_t i) {
-    const Source& from = sources[order[i]];
-    fill_particle(p, i, points[order[i]], snow[from.object], from.index, gradients[from.object]);
+  const auto for_each = [&](auto&& f) {  // particle, object, index in it
+    parallel_for(order.size(), 4096, [&](std::size_t i) {
+      const std::size_t object = sources.object_of(order[i]);
+      f(i, object, sources.index_of(order[i], object));
+    });
+  };
+  for_each([&](std::size_t i, std::size_t object, std::size_t index) {
+    fill_place(p, i, place(order[i]), snow[object].velocity[index]);
     p.id[i] = order[i];
-    p.object[i] = from.object;
+    p.object[i] = static_cast<std::uint32_t>(object);
   });
+  for (PlacedSnow& s : snow) {
+    release(s.position);
+    release(s.velocity);
+  }
+  for_each([&](std::size_t i, std::size_t object, std::size_t index) {
+    fill_material(p, i, snow[object], index, gradients[object]);
+  });
+  for (PlacedSnow& s : snow) release(s.packing);
 }
 
 void read_budget(Simulation::State& state) {
@@ -149,14 +181,9 @@ double height_against(const Vec3& gravity, const Vec3& x) {
 
 void place_particles(Simulation::State& state) {
   check_placed(state.setup.snow);
-  fill_columns(state);
   read_budget(state);
-  for (PlacedSnow& snow : state.setup.snow) {
-    state.materials.push_back(material_params(snow.material));
-    snow.position = {};
-    snow.velocity = {};
-    snow.packing = {};
-  }
+  for (const PlacedSnow& snow : state.setup.snow) state.materials.push_back(material_params(snow.material));
+  fill_columns(state);
 }
 
 }  // namespace firn

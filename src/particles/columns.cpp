@@ -28,9 +28,11 @@ void ParticleColumns::allocate(std::size_t count) {
   const std::size_t stride = column_bytes(count);
   arena_bytes_ = stride * columns_.size();
   arena_.reset(static_cast<std::byte*>(allocate_aligned(arena_bytes_)));
-  std::memset(arena_.get(), 0, arena_bytes_);
+  const std::size_t used = count * sizeof(std::uint32_t);
   for (std::size_t k = 0; k < columns_.size(); ++k) {
-    columns_[k] = reinterpret_cast<std::uint32_t*>(arena_.get() + k * stride);
+    std::byte* const column = arena_.get() + k * stride;
+    std::memset(column + used, 0, stride - used);
+    columns_[k] = reinterpret_cast<std::uint32_t*>(column);
   }
   size_ = count;
 }

@@ -18,7 +18,8 @@ namespace firn {
 
 class ParticleColumns {
  public:
-  // Room for `count` particles; the columns' content is zero.
+  // Room for `count` particles, whose columns are left to be written: until then a large column takes no
+  // memory.
   void allocate(std::size_t count);
 
   std::size_t size() const { return size_; }

@@ -33,10 +33,16 @@ std::int32_t ahead(std::int32_t x, float v, float lead) {
   return x + static_cast<std::int32_t>(v * (lead * kernels::kOneCell));
 }
 
-// Where particles [begin, end) of one block go: the neighbour, then the cell in it.
+// What the scratch column holds between two passes of a sort: the particle's number in its old block, and the
+// cell of its new block that it goes to.
+constexpr int kCellIndexBits = 6;
 constexpr std::uint32_t kCellMask = kernels::kBlockNodes - 1;
+constexpr std::size_t kMostInBlock = std::size_t{1} << (32 - kCellIndexBits);
+static_assert(kernels::kBlockNodes == 1 << kCellIndexBits);
+
+// Where particles [begin, end) of one block go: the neighbour, then the cell in it.
 void find_destinations(const kernels::ParticleView& p, std::size_t begin, std::size_t end, float lead,
-                       std::uint32_t* out) {
+                       std::uint16_t* out) {
   for (std::size_t i = begin; i < end; ++i) {
     std::int32_t block = 0, cell = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -45,7 +51,7 @@ void find_destinations(const kernels::ParticleView& p, std::size_t begin, std::s
       cell = 4 * cell + (x >> kernels::kCellBits & 3);
     }
     assert(block >= 0 && block < kernels::kNeighbours);
-    out[i] = static_cast<std::uint32_t>(block * kernels::kBlockNodes + cell);
+    out[i - begin] = static_cast<std::uint16_t>(block * kernels::kBlockNodes + cell);
   }
 }
 
@@ -57,15 +63,16 @@ std::optional<std::size_t> find_block(const std::vector<BlockKey>& keys, BlockKe
   return static_cast<std::size_t>(at - keys.begin());
 }
 
-std::vector<std::uint32_t> place_in_blocks(const std::vector<LatticePoint>& points, double dx,
+std::vector<std::uint32_t> place_in_blocks(std::size_t count,
+                                           const std::function<LatticePoint(std::size_t)>& place, double dx,
                                            ParticleBlocks& blocks) {
   struct Entry {
     std::uint64_t key;  // block, then cell
     std::uint32_t index;
   };
-  std::vector<Entry> entries(points.size());
-  parallel_for(points.size(), 4096, [&](std::size_t i) {
-    const LatticePoint& p = points[i];
+  std::vector<Entry> entries(count);
+  parallel_for(count, 4096, [&](std::size_t i) {
+    const LatticePoint p = place(i);
     const BlockCoord b = block_of(p);
     const std::uint64_t key = addressable(b) ? block_key(b) : ~std::uint64_t{0} >> 6;
     entries[i] = {key << 6 | static_cast<std::uint64_t>(cell_in_block(p.x, p.y, p.z)),
@@ -76,12 +83,12 @@ std::vector<std::uint32_t> place_in_blocks(const std::vector<LatticePoint>& poin
   });
 
   blocks = {};
-  std::vector<std::uint32_t> order(points.size());
+  std::vector<std::uint32_t> order(count);
   for (std::size_t i = 0; i < entries.size(); ++i) {
     order[i] = entries[i].index;
     const BlockKey key = entries[i].key >> 6;
     if (!blocks.key.empty() && blocks.key.back() == key) continue;
-    const BlockCoord coord = block_of(points[order[i]]);
+    const BlockCoord coord = block_of(place(order[i]));
     if (!addressable(coord)) {
       char text[160];
       std::snprintf(text, sizeof text,
@@ -93,28 +100,33 @@ std::vector<std::uint32_t> place_in_blocks(const std::vector<LatticePoint>& poin
     blocks.coord.push_back(coord);
     blocks.begin.push_back(i);
   }
-  blocks.begin.push_back(points.size());
+  blocks.begin.push_back(count);
   return order;
 }
 
 void BlockSorter::group_by_destination(ParticleColumns& particles, const ParticleBlocks& blocks,
                                        const Leavers& leavers, float lead) {
   const kernels::ParticleView p = particles.view();
-  std::uint32_t* const destination = particles.scratch();
-  by_destination_.resize(particles.size());
+  std::uint32_t* const grouped = particles.scratch();
   flows_of_block_.resize(blocks.size());
   parallel_for(blocks.size(), 4, [&](std::size_t b) {
-    const std::size_t begin = blocks.begin[b], end = blocks.begin[b + 1];
-    find_destinations(p, begin, end, lead, destination);
+    const std::size_t begin = blocks.begin[b], end = blocks.begin[b + 1], count = end - begin;
+    if (count > kMostInBlock) {
+      throw Error(ExitCode::unstable, "",
+                  std::to_string(count) + " particles share one block of 4x4x4 cells");
+    }
+    thread_local std::vector<std::uint16_t> destination;
+    destination.resize(count);
+    find_destinations(p, begin, end, lead, destination.data());
     if (leavers.may_lose && leavers.may_lose(blocks.coord[b])) {
       for (std::size_t i = begin; i < end; ++i) {
         const std::int32_t x[3] = {p.x[0][i], p.x[1][i], p.x[2][i]};
-        if (leavers.is_gone(blocks.coord[b], x)) destination[i] = kGone * kernels::kBlockNodes;
+        if (leavers.is_gone(blocks.coord[b], x)) destination[i - begin] = kGone * kernels::kBlockNodes;
       }
     }
-    const auto where = [&](std::size_t i) { return destination[i] / kernels::kBlockNodes; };
+    const auto where = [&](std::size_t k) { return destination[k] / kernels::kBlockNodes; };
     std::array<std::size_t, kGone + 2> at{};  // counts, then where the next particle of a destination goes
-    for (std::size_t i = begin; i < end; ++i) ++at[where(i) + 1];
+    for (std::size_t k = 0; k < count; ++k) ++at[where(k) + 1];
     at[0] = begin;
     auto& flows = flows_of_block_[b];
     flows.clear();
@@ -122,10 +134,12 @@ void BlockSorter::group_by_destination(ParticleColumns& particles, const Particl
       at[n + 1] += at[n];
       if (n == kGone || at[n] == at[n + 1]) continue;
       const BlockCoord to = neighbour(blocks.coord[b], n);
-      flows.push_back({addressable(to) ? block_key(to) : ~BlockKey{0}, to, static_cast<std::uint32_t>(b),
-                       at[n], at[n + 1]});
+      flows.push_back({addressable(to) ? block_key(to) : ~BlockKey{0}, to, begin, at[n], at[n + 1]});
     }
-    for (std::size_t i = begin; i < end; ++i) by_destination_[at[where(i)]++] = static_cast<std::uint32_t>(i);
+    for (std::size_t k = 0; k < count; ++k) {
+      grouped[at[where(k)]++] =
+          static_cast<std::uint32_t>(k) << kCellIndexBits | (destination[k] & kCellMask);
+    }
   });
 }
 
@@ -135,7 +149,7 @@ void BlockSorter::cut_new_blocks(ParticleBlocks& blocks) {
     flows_.insert(flows_.end(), flows_of_block_[b].begin(), flows_of_block_[b].end());
   }
   parallel_sort(flows_.begin(), flows_.end(),
-                [](const Flow& a, const Flow& b) { return a.to != b.to ? a.to < b.to : a.from < b.from; });
+                [](const Flow& a, const Flow& b) { return a.to != b.to ? a.to < b.to : a.first < b.first; });
   if (!flows_.empty() && flows_.back().to == ~BlockKey{0}) {
     throw Error(ExitCode::unstable, "",
                 "snow has travelled to the end of the grid, " + std::to_string(4 * kBlockReach) +
@@ -160,20 +174,21 @@ void BlockSorter::cut_new_blocks(ParticleBlocks& blocks) {
 }
 
 void BlockSorter::order_cells(ParticleColumns& particles, const ParticleBlocks& blocks) {
-  const std::uint32_t* const destination = particles.scratch();
+  const std::uint32_t* const grouped = particles.scratch();
   order_.resize(blocks.begin.back());
   parallel_for(blocks.size(), 4, [&](std::size_t b) {
-    const auto for_each = [&](auto&& f) {
+    const auto for_each = [&](auto&& f) {  // old number, new cell
       for (std::size_t k = first_flow_[b]; k < first_flow_[b + 1]; ++k) {
-        for (std::size_t i = flows_[k].begin; i < flows_[k].end; ++i) f(by_destination_[i]);
+        const Flow& flow = flows_[k];
+        for (std::size_t i = flow.begin; i < flow.end; ++i)
+          f(static_cast<std::uint32_t>(flow.first + (grouped[i] >> kCellIndexBits)), grouped[i] & kCellMask);
       }
     };
-    const auto cell = [&](std::uint32_t i) { return destination[i] & kCellMask; };
     std::array<std::size_t, kernels::kBlockNodes + 1> at{};
-    for_each([&](std::uint32_t i) { ++at[cell(i) + 1]; });
+    for_each([&](std::uint32_t, std::uint32_t cell) { ++at[cell + 1]; });
     at[0] = blocks.begin[b];
     for (int c = 0; c < kernels::kBlockNodes; ++c) at[c + 1] += at[c];
-    for_each([&](std::uint32_t i) { order_[at[cell(i)]++] = i; });
+    for_each([&](std::uint32_t particle, std::uint32_t cell) { order_[at[cell]++] = particle; });
   });
 }
 
@@ -195,8 +210,8 @@ std::size_t BlockSorter::sort(ParticleColumns& particles, ParticleBlocks& blocks
 }
 
 std::size_t BlockSorter::resident_bytes() const {
-  std::size_t bytes = (by_destination_.capacity() + order_.capacity()) * sizeof(std::uint32_t) +
-                      flows_.capacity() * sizeof(Flow) + first_flow_.capacity() * sizeof(std::size_t);
+  std::size_t bytes = order_.capacity() * sizeof(std::uint32_t) + flows_.capacity() * sizeof(Flow) +
+                      first_flow_.capacity() * sizeof(std::size_t);
   for (const auto& flows : flows_of_block_) bytes += sizeof flows + flows.capacity() * sizeof(Flow);
   return bytes;
 }

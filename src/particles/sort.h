@@ -18,9 +18,11 @@ struct LatticePoint {
   std::int64_t x, y, z;
 };
 
-// First sort: gives the order of the points, fills the blocks. Throws a usage Error for points beyond the
+// First sort: gives the order of `count` points (fewer than 2^32), fills the blocks. `place` is asked more
+// than once for a point, so that they need not be kept. Throws a usage Error for points beyond the
 // addressable blocks, `dx` (m) being what the message needs.
-std::vector<std::uint32_t> place_in_blocks(const std::vector<LatticePoint>& points, double dx,
+std::vector<std::uint32_t> place_in_blocks(std::size_t count,
+                                           const std::function<LatticePoint(std::size_t)>& place, double dx,
                                            ParticleBlocks& blocks);
 
 // Is the particle gone? Asked of particles of blocks for which `may_lose` says so; both get the block's old
@@ -34,7 +36,7 @@ struct Leavers {
 // times v, at most one cell, further on. So snow that moves drifts through its block's margin from one side
 // to the other, which takes twice as long, and is in the best order half-way. Positions and places ahead must
 // be within one block of the block's own cells. Returns how many left; throws an unstable Error when snow
-// reaches the end of the addressable world.
+// reaches the end of the addressable world or 2^26 particles share one block.
 class BlockSorter {
  public:
   std::size_t sort(ParticleColumns& particles, ParticleBlocks& blocks, const Leavers& leavers, float lead);
@@ -44,14 +46,13 @@ class BlockSorter {
   struct Flow {  // particles that go from one old block to one new block
     BlockKey to;
     BlockCoord coord;
-    std::uint32_t from;      // old block
-    std::size_t begin, end;  // in by_destination_
+    std::size_t first;       // particle of the old block
+    std::size_t begin, end;  // in the scratch column
   };
   void group_by_destination(ParticleColumns&, const ParticleBlocks&, const Leavers&, float lead);
   void cut_new_blocks(ParticleBlocks& blocks);
   void order_cells(ParticleColumns&, const ParticleBlocks&);
 
-  std::vector<std::uint32_t> by_destination_;  // particle numbers, by old block, then destination, then order
   std::vector<std::uint32_t> order_;
   std::vector<std::vector<Flow>> flows_of_block_;
   std::vector<Flow> flows_;
