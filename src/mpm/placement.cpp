@@ -170,6 +170,8 @@ void check_placed(const std::vector<PlacedSnow>& snow) {
   if (count == 0) throw Error(ExitCode::usage, "", "there is no snow: not one particle was placed");
   if (count >= UINT32_MAX)
     throw Error(ExitCode::usage, "", "more than 4,294,967,294 particles: choose a larger dx");
+  if (snow.size() > UINT16_MAX + std::size_t{1})  // Snapshot::object
+    throw Error(ExitCode::usage, "", "more than 65,536 snow objects");
 }
 
 }  // namespace

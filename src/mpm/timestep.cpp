@@ -32,14 +32,16 @@ const char* snow_state(const Simulation::State& state, double wave_speed) {
 
 kernels::BlockSummary combine(const std::vector<kernels::BlockSummary>& summaries) {
   kernels::BlockSummary all{};
+  std::int64_t clamped = 0;
   for (const kernels::BlockSummary& s : summaries) {
     all.speed2 = std::max(all.speed2, s.speed2);
     all.wave2 = std::max(all.wave2, s.wave2);
     all.rate2 = std::max(all.rate2, s.rate2);
     all.strayed |= s.strayed;
     all.not_finite |= s.not_finite;
-    all.clamped += s.clamped;
+    clamped += s.clamped;
   }
+  all.clamped = static_cast<std::int32_t>(std::min<std::int64_t>(clamped, INT32_MAX));  // benches alone ask
   return all;
 }
 
