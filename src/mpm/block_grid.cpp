@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "src/core/parallel.h"
+#include "src/mpm/block_table.h"
 #include "src/mpm/colliders.h"
 
 namespace firn {
@@ -21,39 +22,35 @@ struct Candidate {
 }  // namespace
 
 void BlockGrid::find_blocks(const ParticleBlocks& occupied) {
-  std::vector<Candidate> reach(occupied.size() * kernels::kNeighbours);
-  parallel_for(occupied.size(), 64, [&](std::size_t b) {
+  BlockTable table(2 * occupied.size());
+  std::vector<Candidate> reach;
+  for (const BlockCoord& block : occupied.coord) {
+    const auto keys = keys_around(block);
     for (int n = 0; n < kernels::kNeighbours; ++n) {
-      const BlockCoord coord = neighbour(occupied.coord[b], n);
-      reach[b * kernels::kNeighbours + n] = {block_key(coord), coord};
+      if (table.insert(keys[n])) reach.push_back({keys[n], neighbour(block, n)});
     }
-  });
-  // Equal keys are equal blocks: which of them comes first makes no difference.
+  }
   parallel_sort(reach.begin(), reach.end(),
                 [](const Candidate& a, const Candidate& b) { return a.key < b.key; });
-  const auto same = [](const Candidate& a, const Candidate& b) { return a.key == b.key; };
-  reach.erase(std::unique(reach.begin(), reach.end(), same), reach.end());
-
   old_key_ = std::exchange(key_, {});
-  key_.reserve(reach.size());
-  coord_.clear();
-  for (const Candidate& c : reach) {
-    key_.push_back(c.key);
-    coord_.push_back(c.coord);
-  }
+  key_.resize(reach.size());
+  coord_.resize(reach.size());
   tiles_of_block_.resize(reach.size());
   blocks_of_tile_.resize(occupied.size());
-  const auto index = [](const std::vector<BlockKey>& keys, const BlockCoord& coord) {
-    const auto found = find_block(keys, block_key(coord));
-    return found ? static_cast<std::uint32_t>(*found) : kNone;
-  };
-  parallel_for(reach.size(), 32, [&](std::size_t g) {
-    for (int n = 0; n < kernels::kNeighbours; ++n)
-      tiles_of_block_[g][n] = index(occupied.key, neighbour(coord_[g], n));
+  parallel_for(reach.size(), 256, [&](std::size_t g) {
+    key_[g] = reach[g].key;
+    coord_[g] = reach[g].coord;
+    table.number(key_[g]) = static_cast<std::uint32_t>(g);
+    tiles_of_block_[g].fill(kNone);
   });
+  // Who is my neighbour n has me as its neighbour 26 - n.
   parallel_for(occupied.size(), 32, [&](std::size_t b) {
-    for (int n = 0; n < kernels::kNeighbours; ++n)
-      blocks_of_tile_[b][n] = index(key_, neighbour(occupied.coord[b], n));
+    const auto keys = keys_around(occupied.coord[b]);
+    for (int n = 0; n < kernels::kNeighbours; ++n) {
+      const std::uint32_t g = table.number(keys[n]);
+      blocks_of_tile_[b][n] = g;
+      tiles_of_block_[g][kernels::kNeighbours - 1 - n] = static_cast<std::uint32_t>(b);
+    }
   });
 }
 
@@ -68,7 +65,7 @@ void BlockGrid::find_contacts(const std::vector<Collider>& colliders, double dx)
       contacts_[g] = contacts_of_block(colliders, coord_[g], dx);
     }
   });
-  old_key_ = {};
+  old_key_ = std::vector<BlockKey>();
 }
 
 void BlockGrid::rebuild(const ParticleBlocks& occupied, const std::vector<Collider>& colliders, double dx) {

@@ -2,6 +2,7 @@
 // Blocks of 4x4x4 cells: where they are, and which particles lie in them. Blocks are ordered by their Morton
 // key, so blocks near in space are near in memory.
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -44,6 +45,20 @@ constexpr BlockKey block_key(const BlockCoord& b) {
 constexpr BlockCoord neighbour(const BlockCoord& b, int n) {
   return {b.x + n / 9 - 1, b.y + n / 3 % 3 - 1, b.z + n % 3 - 1};
 }
+
+// The keys of all neighbours of b, and its own, in that order.
+constexpr std::array<BlockKey, 27> keys_around(const BlockCoord& b) {
+  BlockKey bits[3][3] = {};
+  const std::int32_t corner[3] = {b.x - 1, b.y - 1, b.z - 1};
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int i = 0; i < 3; ++i)
+      bits[axis][i] = spread_bits(static_cast<std::uint64_t>(corner[axis] + i + kBlockReach)) << (2 - axis);
+  }
+  std::array<BlockKey, 27> keys{};
+  for (int n = 0; n < 27; ++n) keys[n] = bits[0][n / 9] | bits[1][n / 3 % 3] | bits[2][n % 3];
+  return keys;
+}
+static_assert(keys_around({5, -7, 11})[14] == block_key(neighbour({5, -7, 11}, 14)));
 
 // The occupied blocks and their particles: block k holds particles [begin[k], begin[k + 1]).
 struct ParticleBlocks {
