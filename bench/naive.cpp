@@ -35,7 +35,7 @@ NaiveSimulation::NaiveSimulation(const SimulationSetup& setup, bool stop_early)
     : stop_early_(stop_early), dx_(static_cast<float>(setup.dx)) {
   const PlacedSnow& snow = setup.snow.front();
   snow_ = snow_of(snow.material);
-  mass_ = static_cast<float>(snow.particle_mass);
+  mass_ = static_cast<float>(snow.particle_mass());
   volume_ = static_cast<float>(snow.particle_volume);
   for (int axis = 0; axis < 3; ++axis) gravity_[axis] = static_cast<float>(setup.gravity[axis]);
   if (!setup.colliders.empty()) {

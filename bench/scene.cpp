@@ -19,7 +19,6 @@ PlacedSnow fresh_snow() {
   PlacedSnow snow;
   snow.name = "snow";
   snow.particle_volume = kSpacing * kSpacing * kSpacing;
-  snow.particle_mass = snow.material.density * snow.particle_volume;
   return snow;
 }
 

@@ -16,13 +16,11 @@
 namespace firn::kernels::FIRN_ISA {
 
 // False within 1e-6 of the box's sides, which is more than what the decomposition is off.
-FIRN_INLINE Mask inside_box(const Mat3& f, Floats lo, Floats hi) {
-  const Floats one = splat(1.f), margin = hi * splat(1e-6f);
-  lo = lo + margin;
-  hi = hi - margin;
-  const Sym3 e = add_diagonal(times_transpose(f), -one);
-  return surely_positive_definite(add_diagonal(e, one - lo * lo)) &
-         surely_positive_definite(add_diagonal(e * -one, hi * hi - one)) & less(splat(0.f), det(f));
+FIRN_INLINE Mask inside_box(const Deformation& d, float lo, float hi) {
+  const float margin = hi * 1e-6f, inner_lo = lo + margin, inner_hi = hi - margin;
+  return surely_positive_definite(add_diagonal(d.e, splat(1.f - inner_lo * inner_lo))) &
+         surely_negative_definite(add_diagonal(d.e, splat(1.f - inner_hi * inner_hi))) &
+         less(splat(0.f), d.j);
 }
 
 struct Clamped {
@@ -86,9 +84,9 @@ inline constexpr float kNearRotation = 0.5f;
 // Returns the lanes whose F changed.
 FIRN_INLINE Mask clamp_into_jp(const MaterialParams& p, Mat3& f, Floats& jp, Mask active) {
   const Floats lo = splat(p.sigma_min), hi = splat(p.sigma_max);
-  const Sym3 e = strain_of(f);
-  const Mask near = less(norm2(e), splat(kNearRotation * kNearRotation)) & less(splat(0.f), det(f));
-  Clamped c = clamped_by_eigenvalues(f, e, lo, hi);
+  const Deformation d = deformation_of(f);
+  const Mask near = less(norm2(d.e), splat(kNearRotation * kNearRotation)) & less(splat(0.f), d.j);
+  Clamped c = clamped_by_eigenvalues(f, d.e, lo, hi);
   if (!all(near)) [[unlikely]] {
     const Clamped exact = clamped_by_svd(in_memory(f), lo, hi);
     c = {(near & c.changed) | ((!near) & exact.changed), select(near, c.f, exact.f),

@@ -30,19 +30,19 @@ FIRN_INLINE void update_particles(const StepParams& step, const MaterialParams* 
   summary.add_position(move(p, 0, b, v.x * to_fixed), move(p, 1, b, v.y * to_fixed),
                        move(p, 2, b, v.z * to_fixed));
 
-  const Mat3 f = advance(c, splat(step.dt), load_mat3(p.F, b, 1.f));
+  const Deformation d = deformation_of(advance(c, splat(step.dt), load_mat3(p.F, b, 1.f)));
   const Floats jp = load(p.Jp, b, 1.f), zero = splat(0.f);
-  store_mat3(p.F, b, f);
+  store_mat3(p.F, b, d.f);
   Floats wave2 = zero;
   for_each_object(materials, p.object, b,
                   [&](auto model, const MaterialParams& params, Mask mask) FIRN_INLINE_LAMBDA {
-                    wave2 = select(mask, model.wave_speed2(params, f, jp), wave2);
+                    wave2 = select(mask, model.wave_speed2(params, d, jp), wave2);
                     if (!params.plastic) return;
-                    const Mask yields = mask & model.yields(params, f) & mask_of_first(b.count);
+                    const Mask yields = mask & model.yields(params, d) & mask_of_first(b.count);
                     wave2 = select(yields, zero, wave2);  // known when they are projected
-                    if (any(yields)) yielding.add(p, b, f, jp, yields);
+                    if (any(yields)) yielding.add(p, b, d.f, jp, yields);
                   });
-  summary.add_motion(v, c, f, jp, wave2);
+  summary.add_motion(v, c, d, jp, wave2);
 }
 
 }  // namespace

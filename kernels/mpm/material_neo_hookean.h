@@ -12,30 +12,28 @@ namespace firn::kernels::FIRN_ISA {
 struct NeoHookean {
   // The logarithm ends at J = 0.01: an element that is flatter, or inside out, keeps the greatest finite
   // pressure.
-  static FIRN_INLINE Floats log_volume(const Mat3& f) { return log(max(det(f), splat(0.01f))); }
+  static FIRN_INLINE Floats log_volume(const Deformation& d) { return log(max(d.j, splat(0.01f))); }
 
-  static FIRN_INLINE Sym3 stress(const MaterialParams& p, const Mat3& f, Floats) {
-    const Sym3 e = add_diagonal(times_transpose(f), splat(-1.f));
-    return add_diagonal(e * splat(p.mu), splat(p.lambda) * log_volume(f));
+  static FIRN_INLINE Sym3 stress(const MaterialParams& p, float scale, const Deformation& d, Floats) {
+    return add_diagonal(d.e * splat(p.mu * scale), splat(p.lambda * scale) * log_volume(d));
   }
 
-  static FIRN_INLINE Floats energy(const MaterialParams& p, const Mat3& f, Floats) {
-    const Floats log_j = log_volume(f);
-    const Floats e = trace(add_diagonal(times_transpose(f), splat(-1.f)));
-    return splat(0.5f * p.mu) * e + log_j * (splat(0.5f * p.lambda) * log_j - splat(p.mu));
+  static FIRN_INLINE Floats energy(const MaterialParams& p, const Deformation& d, Floats) {
+    const Floats log_j = log_volume(d);
+    return splat(0.5f * p.mu) * trace(d.e) + log_j * (splat(0.5f * p.lambda) * log_j - splat(p.mu));
   }
 
   // Spatial speed of a uniaxial wave, F^2 dP/dF / rho0 = (mu (F^2 + 1) + lambda (1 - ln F)) / rho0, with the
   // largest squared stretch bounded by |F|^2 - 2.
-  static FIRN_INLINE Floats wave_speed2(const MaterialParams& p, const Mat3& f, Floats) {
+  static FIRN_INLINE Floats wave_speed2(const MaterialParams& p, const Deformation& d, Floats) {
     const Floats one = splat(1.f);
-    const Floats stretch2 = max(one, norm2(f) - splat(2.f));
-    const Floats bulk = splat(p.lambda) * (one + max(splat(0.f), -log_volume(f)));
+    const Floats stretch2 = max(one, trace(d.e) + one);
+    const Floats bulk = splat(p.lambda) * (one + max(splat(0.f), -log_volume(d)));
     return (splat(p.mu) * (one + stretch2) + bulk) * splat(p.inverse_density);
   }
 
-  static FIRN_INLINE Mask yields(const MaterialParams& p, const Mat3& f) {
-    return !inside_box(f, splat(p.sigma_min), splat(p.sigma_max));
+  static FIRN_INLINE Mask yields(const MaterialParams& p, const Deformation& d) {
+    return !inside_box(d, p.sigma_min, p.sigma_max);
   }
 
   // The clamp of the source paper; Jp is kept for the density only.

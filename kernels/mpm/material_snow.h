@@ -15,27 +15,26 @@ struct Snow {
     return exp(splat(p.hardening) * (splat(1.f) - jp));
   }
 
-  static FIRN_INLINE Sym3 stress(const MaterialParams& p, const Mat3& f, Floats jp) {
-    const Floats h = hardening(p, jp), j = det(f);
-    const Sym3 e = strain_of(f), g = stretch_of(f, e, j);
-    return add_diagonal((e - g) * (splat(2.f * p.mu) * h), splat(p.lambda) * h * (j - splat(1.f)) * j);
+  static FIRN_INLINE Sym3 stress(const MaterialParams& p, float scale, const Deformation& d, Floats jp) {
+    const Floats h = hardening(p, jp);
+    return corotated_stress(d, splat(2.f * p.mu * scale) * h,
+                            (splat(p.lambda * scale) * h) * ((d.j - splat(1.f)) * d.j));
   }
 
   // psi = mu sum (s_i - 1)^2 + lambda/2 (J - 1)^2
-  static FIRN_INLINE Floats energy(const MaterialParams& p, const Mat3& f, Floats jp) {
-    const Floats j = det(f);
-    const Sym3 g = stretch_of(f, strain_of(f), j);
-    return hardening(p, jp) * fma(splat(p.mu), norm2(g), splat(0.5f * p.lambda) * square(j - splat(1.f)));
+  static FIRN_INLINE Floats energy(const MaterialParams& p, const Deformation& d, Floats jp) {
+    const Floats volumetric = splat(0.5f * p.lambda) * square(d.j - splat(1.f));
+    return hardening(p, jp) * fma(splat(p.mu), norm2(stretch_of(d)), volumetric);
   }
 
   // Spatial speed of a uniaxial wave, F^2 (lambda + 2 mu) h / rho0.
-  static FIRN_INLINE Floats wave_speed2(const MaterialParams& p, const Mat3& f, Floats jp) {
-    const Floats stretch2 = max(splat(1.f), norm2(f) - splat(2.f));
+  static FIRN_INLINE Floats wave_speed2(const MaterialParams& p, const Deformation& d, Floats jp) {
+    const Floats stretch2 = max(splat(1.f), trace(d.e) + splat(1.f));
     return hardening(p, jp) * (splat((p.lambda + 2.f * p.mu) * p.inverse_density) * stretch2);
   }
 
-  static FIRN_INLINE Mask yields(const MaterialParams& p, const Mat3& f) {
-    return !inside_box(f, splat(p.sigma_min), splat(p.sigma_max));
+  static FIRN_INLINE Mask yields(const MaterialParams& p, const Deformation& d) {
+    return !inside_box(d, p.sigma_min, p.sigma_max);
   }
 
   // Stretches beyond [1 - theta_c, 1 + theta_s] become plastic; Jp hardens or softens what is left.

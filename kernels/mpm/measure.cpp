@@ -11,14 +11,14 @@ void summarise(const MaterialParams* materials, const ParticleView& p, ParticleR
   Summary summary;
   for (std::size_t first = range.begin; first < range.end; first += kLanes) {
     const Batch b = batch_at(range, first);
-    const Mat3 f = load_mat3(p.F, b, 1.f);
+    const Deformation d = deformation_of(load_mat3(p.F, b, 1.f));
     const Floats jp = load(p.Jp, b, 1.f);
     Floats wave2 = splat(0.f);
     for_each_object(materials, p.object, b,
                     [&](auto model, const MaterialParams& params, Mask mask) FIRN_INLINE_LAMBDA {
-                      wave2 = select(mask, model.wave_speed2(params, f, jp), wave2);
+                      wave2 = select(mask, model.wave_speed2(params, d, jp), wave2);
                     });
-    summary.add_motion(load_vec3(p.v, b), load_mat3(p.C, b, 0.f), f, jp, wave2);
+    summary.add_motion(load_vec3(p.v, b), load_mat3(p.C, b, 0.f), d, jp, wave2);
   }
   summary.write(*out);
 }
@@ -27,12 +27,12 @@ void elastic_energy(const MaterialParams* materials, const ParticleView& p, Part
                     float* energy) {
   for (std::size_t first = range.begin; first < range.end; first += kLanes) {
     const Batch b = batch_at(range, first);
-    const Mat3 f = load_mat3(p.F, b, 1.f);
+    const Deformation d = deformation_of(load_mat3(p.F, b, 1.f));
     const Floats jp = load(p.Jp, b, 1.f);
     Floats psi = splat(0.f);
     for_each_object(materials, p.object, b,
                     [&](auto model, const MaterialParams& params, Mask mask)
-                        FIRN_INLINE_LAMBDA { psi = select(mask, model.energy(params, f, jp), psi); });
+                        FIRN_INLINE_LAMBDA { psi = select(mask, model.energy(params, d, jp), psi); });
     store_first(energy + (first - range.begin), b.count, psi);
   }
 }
@@ -41,12 +41,12 @@ void stress(const MaterialParams* materials, const ParticleView& p, ParticleRang
             std::size_t stride) {
   for (std::size_t first = range.begin; first < range.end; first += kLanes) {
     const Batch b = batch_at(range, first);
-    const Mat3 f = load_mat3(p.F, b, 1.f);
+    const Deformation d = deformation_of(load_mat3(p.F, b, 1.f));
     const Floats jp = load(p.Jp, b, 1.f), zero = splat(0.f);
     Sym3 t{zero, zero, zero, zero, zero, zero};
     for_each_object(materials, p.object, b,
                     [&](auto model, const MaterialParams& params, Mask mask)
-                        FIRN_INLINE_LAMBDA { t = select(mask, model.stress(params, f, jp), t); });
+                        FIRN_INLINE_LAMBDA { t = select(mask, model.stress(params, 1.f, d, jp), t); });
     const Floats parts[6] = {t.xx, t.yy, t.zz, t.xy, t.xz, t.yz};
     for (int k = 0; k < 6; ++k) store_first(tau + k * stride + (first - range.begin), b.count, parts[k]);
   }
@@ -61,7 +61,7 @@ int project(const MaterialParams* materials, const ParticleView& p, ParticleRang
     for_each_object(materials, p.object, b,
                     [&](auto model, const MaterialParams& params, Mask mask) FIRN_INLINE_LAMBDA {
                       if (!params.plastic) return;
-                      const Mask yielding = mask & model.yields(params, f);
+                      const Mask yielding = mask & model.yields(params, deformation_of(f));
                       if (any(yielding)) summary.add_clamped(model.project(params, f, jp, yielding), b.count);
                     });
     store_mat3(p.F, b, f);

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Particles -> tile: m_i += w m, (mv)_i += w (m v + (m C - dt V0 4/dx^2 tau)(x_i - x_p)) (Hu et al. 2018).
-// Stress and the affine matrix are computed with one particle a lane, transposed to records of four floats,
-// and each particle is spread with nodes in lanes. Particles of one cell follow one another, so their nine
-// rows are summed in registers and reach the tile when the cell changes. Batches are cut from the range's
-// start at kBatch particles on every instruction set: the order of additions, and so the bits, are the same.
+// Particles -> tile: m_i += w m, (mv)_i += w m (v + (C - dt/rho0 4/dx^2 tau)(x_i - x_p)) (Hu et al. 2018,
+// with V0 = m / rho0). Stress and the affine matrix are computed with one particle a lane, transposed to
+// records of four floats, and each particle is spread with nodes in lanes. Particles of one cell follow one
+// another, so their nine rows are summed in registers and reach the tile when the cell changes. Batches are
+// cut from the range's start at kBatch particles on every instruction set: the order of additions, and so the
+// bits, are the same.
 #include "kernels/mpm/materials.h"
 #include "kernels/mpm/stencil.h"
 
@@ -11,50 +12,52 @@ namespace firn::kernels::FIRN_ISA {
 
 namespace {
 
-// A batch on its way to the grid. With A = dx (m C - dt V0 4/dx^2 tau), d in cells:
+// A batch on its way to the grid. With A = dx (C - dt/rho0 4/dx^2 tau), d in cells:
 struct Scattered {
   alignas(64) std::int32_t offset[kBatch];
   alignas(64) float w_xy[9][kBatch];  // w_x w_y of the nine rows
-  Records4 w_z;                       // of the three nodes of a row; 0
-  Records4 corner;                    // m v + A d and m at the stencil's first node
+  Records4 m_w_z;                     // m w_z of the three nodes of a row; 0
+  Records4 corner;                    // v + A d at the stencil's first node; 1
   Records4 along[3];                  // columns of A; 0
 };
 
-FIRN_INLINE Sym3 batch_stress(const MaterialParams* materials, const ParticleView& p, Batch b) {
-  const Mat3 f = load_mat3(p.F, b, 1.f);
+// The part of A that is the stress.
+FIRN_INLINE Sym3 push_of_stress(const StepParams& step, const MaterialParams* materials,
+                                const ParticleView& p, Batch b) {
+  const Deformation d = deformation_of(load_mat3(p.F, b, 1.f));
   const Floats jp = load(p.Jp, b, 1.f);
   const Floats zero = splat(0.f);
-  Sym3 tau{zero, zero, zero, zero, zero, zero};
+  const float scale = -4.f * step.dt * step.inv_dx;
+  Sym3 push{zero, zero, zero, zero, zero, zero};
   for_each_object(materials, p.object, b,
                   [&](auto model, const MaterialParams& params, Mask mask) FIRN_INLINE_LAMBDA {
-                    const Sym3 own = model.stress(params, f, jp);
-                    tau = all(mask) ? own : select(mask, own, tau);
+                    const Sym3 own = model.stress(params, scale * params.inverse_density, d, jp);
+                    push = all(mask) ? own : select(mask, own, push);
                   });
-  return tau;
+  return push;
 }
 
-FIRN_INLINE void fill_weights(const Place& at, int slot, Scattered& out) {
+FIRN_INLINE void fill_weights(const Place& at, Floats m, int slot, Scattered& out) {
   store(out.offset + slot, at.offset);
   const Floats wx[3] = {weight0(at.x), weight1(at.x), weight2(at.x)};
   const Floats wy[3] = {weight0(at.y), weight1(at.y), weight2(at.y)};
 #pragma GCC unroll 9
   for (int ij = 0; ij < 9; ++ij) store(out.w_xy[ij] + slot, wx[ij / 3] * wy[ij % 3]);
-  store_records(weight0(at.z), weight1(at.z), weight2(at.z), splat(0.f), slot, out.w_z);
+  store_records(m * weight0(at.z), m * weight1(at.z), m * weight2(at.z), splat(0.f), slot, out.m_w_z);
 }
 
 FIRN_INLINE void fill_momentum(const StepParams& step, const MaterialParams* materials, const ParticleView& p,
                                Batch b, const Place& at, int slot, Scattered& out) {
-  const Sym3 tau = batch_stress(materials, p, b) * (load(p.V0, b, 0.f) * splat(-4.f * step.dt * step.inv_dx));
-  const Floats m = load(p.m, b, 0.f), mdx = m * splat(step.dx), zero = splat(0.f);
+  const Sym3 push = push_of_stress(step, materials, p, b);
+  const Floats dx = splat(step.dx), half = splat(-0.5f), one = splat(1.f), zero = splat(0.f);
   const Vec3 v = load_vec3(p.v, b);
   const Mat3 c = load_mat3(p.C, b, 0.f);
-  const Vec3 ax{fma(mdx, c.m[0], tau.xx), fma(mdx, c.m[3], tau.xy), fma(mdx, c.m[6], tau.xz)};
-  const Vec3 ay{fma(mdx, c.m[1], tau.xy), fma(mdx, c.m[4], tau.yy), fma(mdx, c.m[7], tau.yz)};
-  const Vec3 az{fma(mdx, c.m[2], tau.xz), fma(mdx, c.m[5], tau.yz), fma(mdx, c.m[8], tau.zz)};
-  const Floats half = splat(-0.5f);
+  const Vec3 ax{fma(dx, c.m[0], push.xx), fma(dx, c.m[3], push.xy), fma(dx, c.m[6], push.xz)};
+  const Vec3 ay{fma(dx, c.m[1], push.xy), fma(dx, c.m[4], push.yy), fma(dx, c.m[7], push.yz)};
+  const Vec3 az{fma(dx, c.m[2], push.xz), fma(dx, c.m[5], push.yz), fma(dx, c.m[8], push.zz)};
   const Vec3 corner =
-      add_scaled(add_scaled(add_scaled(v * m, az, half - at.z), ax, half - at.x), ay, half - at.y);
-  store_records(corner.x, corner.y, corner.z, m, slot, out.corner);
+      add_scaled(add_scaled(add_scaled(v, az, half - at.z), ax, half - at.x), ay, half - at.y);
+  store_records(corner.x, corner.y, corner.z, one, slot, out.corner);
   store_records(ax.x, ax.y, ax.z, zero, slot, out.along[0]);
   store_records(ay.x, ay.y, ay.z, zero, slot, out.along[1]);
   store_records(az.x, az.y, az.z, zero, slot, out.along[2]);
@@ -72,7 +75,7 @@ FIRN_INLINE void spread_run(const Scattered& s, int first, int last, float* tile
   for (int ij = 0; ij < 9; ++ij) sum[ij] = splat(0.f);
   const Floats steps = load(kStep + part * kLanes);
   for (int l = first; l < last; ++l) {
-    const Floats wz = load_spread4(s.w_z[l], part);
+    const Floats wz = load_spread4(s.m_w_z[l], part);
     const Floats step_x = load_repeated4(s.along[0][l]) * wz, step_y = load_repeated4(s.along[1][l]) * wz;
     Floats q = fma(load_repeated4(s.along[2][l]), steps, load_repeated4(s.corner[l])) * wz;
 #pragma GCC unroll 3
@@ -118,13 +121,12 @@ void p2g(const StepParams& step, const MaterialParams* materials, const Particle
     for (int slot = 0; slot < kBatch && first + slot < range.end; slot += kLanes) {
       count += with_batch(range, first + slot, [&](Batch b) FIRN_INLINE_LAMBDA {
         const Place at = place_of(p, b);
-        fill_weights(at, slot, scattered);
+        fill_weights(at, load(p.m, b, 0.f), slot, scattered);
         fill_momentum(step, materials, p, b, at, slot, scattered);
       });
     }
     prefetch(p, first + kAhead);
     __builtin_prefetch(p.m + first + kAhead);
-    __builtin_prefetch(p.V0 + first + kAhead);
     spread(scattered, count, tile);
   }
 }

@@ -1,40 +1,52 @@
 // SPDX-License-Identifier: MIT
-// The left stretch of F less the identity, G = sqrt(F F^T) - I = U (S - I) U^T, and E = F F^T - I: all that
-// fixed-corotated elasticity needs of the polar decomposition, as G + G^2 = E - G. Snow stays within a few
-// per cent of a rotation, where a power series in E is exact to round-off; its powers reduce to I, E and E^2
-// (Cayley-Hamilton: E^3 = I1 E^2 - I2 E + I3 I). Lanes outside go through the SVD, each by its own criterion.
+// What materials read of F: E = F F^T - I and J = det F; and the left stretch less the identity, G = sqrt(F
+// F^T) - I = U (S - I) U^T, which is all that fixed-corotated elasticity needs of the polar decomposition.
+// Snow stays within a few per cent of a rotation, where G is a polynomial in E to round-off; its powers
+// reduce to I, E and E^2 (Cayley-Hamilton: E^3 = I1 E^2 - I2 E + I3 I). Lanes outside go through the SVD,
+// each by its own criterion.
 #pragma once
 #include "kernels/simd/svd3.h"
 
 namespace firn::kernels::FIRN_ISA {
 
-FIRN_INLINE Sym3 strain_of(const Mat3& f) { return add_diagonal(times_transpose(f), splat(-1.f)); }  // E
-
-// sqrt(I + E) - I for |E| <= kSeriesRadius: binomial series to E^7, remainder below 4e-9.
-inline constexpr float kSeriesRadius = 0.1f;
-
-// A polynomial c0 + c1 E + c2 E^2 times E, plus a.
-struct Invariants {
-  Floats first, second, third;
+struct Deformation {
+  Mat3 f;
+  Sym3 e;    // F F^T - I
+  Floats j;  // det F
 };
+FIRN_INLINE Deformation deformation_of(const Mat3& f) {
+  return {f, add_diagonal(times_transpose(f), splat(-1.f)), det(f)};
+}
+
+// c0 I + c1 E + c2 E^2
 struct Quadratic {
   Floats c0, c1, c2;
 };
-FIRN_INLINE Quadratic horner(const Quadratic& p, const Invariants& i, float a) {
-  return {fma(p.c2, i.third, splat(a)), fma(p.c2, -i.second, p.c0), fma(p.c2, i.first, p.c1)};
+FIRN_INLINE Sym3 evaluate(const Quadratic& p, const Sym3& e, const Sym3& e2) {
+  return add_diagonal(add_scaled(e * p.c1, e2, p.c2), p.c0);
 }
 
-FIRN_INLINE Sym3 stretch_series(const Sym3& e) {
-  const Sym3 e2 = commuting_product(e, e);
-  const Floats first = trace(e);
-  const Invariants i{first, splat(0.5f) * fma(first, first, -trace(e2)), determinant(e)};
-  Quadratic p{splat(7.f / 256), splat(-21.f / 1024), splat(33.f / 2048)};
-  p = horner(p, i, -5.f / 128);
-  p = horner(p, i, 1.f / 16);
-  p = horner(p, i, -1.f / 8);
-  p = horner(p, i, 1.f / 2);
-  p = horner(p, i, 0.f);
-  return add_diagonal(e2 * p.c2 + e * p.c1, p.c0);
+// Of E: I1, -I2 and I3.
+struct Invariants {
+  Floats first, minus_second, third;
+};
+FIRN_INLINE Quadratic times_e_plus(const Quadratic& p, const Invariants& i, float a) {
+  return {fma(p.c2, i.third, splat(a)), fma(p.c2, i.minus_second, p.c0), fma(p.c2, i.first, p.c1)};
+}
+
+// sqrt(1 + e) - 1 = a1 e + .. + a5 e^5 for |e| <= kSeriesRadius: the minimax polynomial, off by 1.5e-8 |e| at
+// most.
+inline constexpr float kSeriesRadius = 0.1f;
+inline constexpr float kSeries[5] = {0.5f, -0.12499935f, 0.06249867f, -0.03932058f, 0.027628275f};
+
+FIRN_INLINE Quadratic stretch_series(const Deformation& d, const Sym3& e2) {
+  const Floats first = trace(d.e), half = splat(0.5f);
+  const Floats minus_second = half * fma(-first, first, trace(e2));
+  const Invariants i{first, minus_second, determinant(d.e)};
+  Quadratic p{splat(kSeries[2]), splat(kSeries[3]), splat(kSeries[4])};
+  p = times_e_plus(p, i, kSeries[1]);
+  p = times_e_plus(p, i, kSeries[0]);
+  return times_e_plus(p, i, 0.f);
 }
 
 // Rare, and too long to stand in every kernel.
@@ -52,14 +64,24 @@ __attribute__((noinline, cold)) inline Sym3 stretch_by_svd(const Mat3& f) {
           fma(g0, a.y * a.z, fma(g1, b.y * b.z, g2 * (c.y * c.z)))};
 }
 
-// G, from F, E and det F.
-FIRN_INLINE Sym3 stretch_of(const Mat3& f, const Sym3& e, Floats det_f) {
-  // A reflection near the identity has a small E too: only the SVD gives its signed stretch.
-  const Mask near_rotation = less(norm2(e), splat(kSeriesRadius * kSeriesRadius)) & less(splat(0.f), det_f);
-  const Sym3 series = stretch_series(e);
-  if (all(near_rotation)) [[likely]]
+// Where the series holds. A reflection near the identity has a small E too: only the SVD gives its signed
+// stretch.
+FIRN_INLINE Mask near_rotation(const Deformation& d) {
+  return less(norm2(d.e), splat(kSeriesRadius * kSeriesRadius)) & less(splat(0.f), d.j);
+}
+
+FIRN_INLINE Sym3 stretch_of(const Deformation& d) {  // G
+  const Mask near = near_rotation(d);
+  const Sym3 e2 = commuting_product(d.e, d.e);
+  const Sym3 series = evaluate(stretch_series(d, e2), d.e, e2);
+  if (all(near)) [[likely]]
     return series;
-  return select(near_rotation, series, stretch_by_svd(in_memory(f)));
+  return select(near, series, stretch_by_svd(in_memory(d.f)));
+}
+
+// k (E - G) + p I
+FIRN_INLINE Sym3 corotated_stress(const Deformation& d, Floats k, Floats p) {
+  return add_diagonal((d.e - stretch_of(d)) * k, p);
 }
 
 }  // namespace firn::kernels::FIRN_ISA

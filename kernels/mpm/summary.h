@@ -2,27 +2,26 @@
 // Collects a BlockSummary over batches: maxima in lanes, flags in masks, NaN caught by comparisons that it
 // fails.
 #pragma once
+#include "kernels/mpm/stretch.h"
 #include "kernels/mpm/views.h"
-#include "kernels/simd/mat3.h"
 
 namespace firn::kernels::FIRN_ISA {
 
 class Summary {
  public:
   FIRN_INLINE void add_position(Ints x, Ints y, Ints z) {
-    const Ints low = splat_int(-kOneCell), high = splat_int(5 * kOneCell - 1);
-    strayed_ =
-        strayed_ | less(x, low) | less(high, x) | less(y, low) | less(high, y) | less(z, low) | less(high, z);
+    lowest_ = min(lowest_, min(x, min(y, z)));
+    highest_ = max(highest_, max(x, max(y, z)));
   }
 
   // The inert lanes of a batch stand still with F = I: they raise no maximum that a particle does not.
-  FIRN_INLINE void add_motion(const Vec3& v, const Mat3& c, const Mat3& f, Floats jp, Floats wave2) {
+  FIRN_INLINE void add_motion(const Vec3& v, const Mat3& c, const Deformation& d, Floats jp, Floats wave2) {
     const Floats v2 = dot(v, v), c2 = norm2(c);
     speed2_ = max(speed2_, v2);
     rate2_ = max(rate2_, c2);
     wave2_ = max(wave2_, wave2);
     // Squares overflow beyond 1e19: no such speed, rate or stretch is a simulation's.
-    const Floats everything = (v2 + c2) + (norm2(f) + abs(jp));
+    const Floats everything = (v2 + c2) + (trace(d.e) + abs(jp));
     finite_ = finite_ & less(everything, splat(3e38f));
   }
 
@@ -33,13 +32,18 @@ class Summary {
   }
 
   FIRN_INLINE void write(BlockSummary& out) const {
-    out = {largest_lane(speed2_), largest_lane(wave2_), largest_lane(rate2_),
-           any(strayed_),         !all(finite_),        clamped_};
+    out = {largest_lane(speed2_), largest_lane(wave2_),
+           largest_lane(rate2_),  strayed(),
+           !all(finite_),         clamped_};
   }
 
  private:
+  bool strayed() const {
+    return any(less(lowest_, splat_int(-kOneCell)) | less(splat_int(5 * kOneCell - 1), highest_));
+  }
+
   Floats speed2_ = splat(0.f), wave2_ = splat(0.f), rate2_ = splat(0.f);
-  Mask strayed_ = less(splat(1.f), splat(0.f));
+  Ints lowest_ = splat_int(0), highest_ = splat_int(0);  // of positions from the block's corner
   Mask finite_ = less(splat(0.f), splat(1.f));
   std::int32_t clamped_ = 0;
 };

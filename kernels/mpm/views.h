@@ -36,7 +36,6 @@ struct ParticleView {
   float* F[9];         // elastic deformation gradient
   float* Jp;           // plastic volume ratio
   float* m;            // kg
-  float* V0;           // m^3, as placed
   std::uint32_t* id;
   std::uint32_t* object;  // index into the material table
 };

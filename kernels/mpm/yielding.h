@@ -37,7 +37,7 @@ class YieldingList {
     for_each_object(materials, object_ + count_, load(object_ + count_),
                     [&](auto model, const MaterialParams& params, Mask mask) FIRN_INLINE_LAMBDA {
                       summary.add_clamped(model.project(params, f, jp, mask), many);
-                      wave2 = select(mask, model.wave_speed2(params, f, jp), wave2);
+                      wave2 = select(mask, model.wave_speed2(params, deformation_of(f), jp), wave2);
                     });
     summary.add_wave_speed(wave2);
 #pragma GCC unroll 9

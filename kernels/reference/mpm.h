@@ -12,7 +12,7 @@ struct Particle {
   double v[3];
   double C[9];
   double F[9];
-  double Jp, m, V0;
+  double Jp, m;
   int object;
 };
 

@@ -68,9 +68,11 @@ void p2g(const StepParams& step, const MaterialParams* materials, const Particle
   for (int q = 0; q < count; ++q) {
     const Particle& p = particles[q];
     double tau[9], affine[9];
-    stress(materials[p.object], p.F, p.Jp, tau);
+    const MaterialParams& material = materials[p.object];
+    const double volume = p.m * material.inverse_density;  // as placed
+    stress(material, p.F, p.Jp, tau);
     for (int k = 0; k < 9; ++k) {
-      affine[k] = p.m * p.C[k] - step.dt * p.V0 * 4 / (double(step.dx) * step.dx) * tau[k];
+      affine[k] = p.m * p.C[k] - step.dt * volume * 4 / (double(step.dx) * step.dx) * tau[k];
     }
     for_each_node(stencil_of(p), [&](int node, double w, const double d[3]) {
       for (int r = 0; r < 3; ++r) {

@@ -235,6 +235,8 @@ FIRN_INLINE Ints lane_numbers() {
 }
 FIRN_INLINE bool any(Mask m) { return lane_bits(m) != 0; }
 FIRN_INLINE bool all(Mask m) { return lane_bits(m) == kAllLanes; }
+FIRN_INLINE Ints min(Ints a, Ints b) { return a < b ? a : b; }
+FIRN_INLINE Ints max(Ints a, Ints b) { return a > b ? a : b; }
 FIRN_INLINE Floats abs(Floats a) { return (Floats)((Ints)a & 0x7fffffff); }
 FIRN_INLINE Floats copy_sign(Floats size, Floats sign) {
   return (Floats)(((Ints)size & 0x7fffffff) | ((Ints)sign & splat_int(INT32_MIN)));

@@ -94,6 +94,11 @@ FIRN_INLINE Sym3 operator-(const Sym3& a, const Sym3& b) {
 FIRN_INLINE Sym3 operator+(const Sym3& a, const Sym3& b) {
   return {a.xx + b.xx, a.yy + b.yy, a.zz + b.zz, a.xy + b.xy, a.xz + b.xz, a.yz + b.yz};
 }
+// A + s B
+FIRN_INLINE Sym3 add_scaled(const Sym3& a, const Sym3& b, Floats s) {
+  return {fma(b.xx, s, a.xx), fma(b.yy, s, a.yy), fma(b.zz, s, a.zz),
+          fma(b.xy, s, a.xy), fma(b.xz, s, a.xz), fma(b.yz, s, a.yz)};
+}
 FIRN_INLINE Sym3 add_diagonal(const Sym3& a, Floats s) {
   return {a.xx + s, a.yy + s, a.zz + s, a.xy, a.xz, a.yz};
 }
@@ -130,6 +135,11 @@ FIRN_INLINE Mask surely_positive_definite(const Sym3& a) {
   const Floats t = trace(a), least2 = t * t * splat(2e-7f);
   const Floats minor2 = fma(a.xx, a.yy, -(a.xy * a.xy));
   return less(splat(0.f), a.xx) & less(least2, minor2) & less(least2 * t, determinant(a));
+}
+FIRN_INLINE Mask surely_negative_definite(const Sym3& a) {
+  const Floats t = trace(a), least2 = t * t * splat(2e-7f);
+  const Floats minor2 = fma(a.xx, a.yy, -(a.xy * a.xy));
+  return less(a.xx, splat(0.f)) & less(least2, minor2) & less(determinant(a), least2 * t);
 }
 
 }  // namespace firn::kernels::FIRN_ISA

@@ -27,19 +27,20 @@ FIRN_INLINE void exchange(Floats& a, Floats& b) {
 #undef FIRN_LANES
 }
 
+// Small steps first: with records of four floats, one of them unused, its rows are dead after two steps.
 template <int kStep>
 FIRN_INLINE void transpose_steps(Floats* rows) {
-  if constexpr (kStep >= 1) {
+  if constexpr (kStep < kLanes) {
 #pragma GCC unroll 16
     for (int i = 0; i < kLanes; ++i) {
       if ((i & kStep) == 0) exchange<kStep>(rows[i], rows[i + kStep]);
     }
-    transpose_steps<kStep / 2>(rows);
+    transpose_steps<2 * kStep>(rows);
   }
 }
 
 // rows[i][l] <-> rows[l][i], kLanes x kLanes.
-FIRN_INLINE void transpose(Floats* rows) { transpose_steps<kLanes / 2>(rows); }
+FIRN_INLINE void transpose(Floats* rows) { transpose_steps<1>(rows); }
 
 // Four columns -> records of four floats, within groups of four lanes: afterwards group g of rows[k] holds
 // what lane 4 g + k held. A quarter of the shuffles of a full transpose; record_of_lane says where each went.

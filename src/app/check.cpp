@@ -34,14 +34,14 @@ void print_snow(const SimulationSetup& setup) {
   double mass = 0;
   for (const auto& snow : setup.snow) {
     particles += snow.position.size();
-    mass += static_cast<double>(snow.position.size()) * snow.particle_mass;
+    mass += static_cast<double>(snow.position.size()) * snow.particle_mass();
   }
   line("particles", grouped(particles) + text(", %.4g kg", mass));
   for (const auto& snow : setup.snow) {
     const auto count = static_cast<double>(snow.position.size());
     line("  " + snow.name, grouped(snow.position.size()) +
-                               text(", %.4g kg, %.4g m3, %.4g mg a particle", count * snow.particle_mass,
-                                    count * snow.particle_volume, 1e6 * snow.particle_mass));
+                               text(", %.4g kg, %.4g m3, %.4g mg a particle", count * snow.particle_mass(),
+                                    count * snow.particle_volume, 1e6 * snow.particle_mass()));
   }
 }
 

@@ -25,8 +25,13 @@ Vec3 world_position(const kernels::ParticleView& p, const BlockCoord& block, std
   return world_in_block(block, Vec3(p.x[0][i], p.x[1][i], p.x[2][i]) / kernels::kOneCell, dx);
 }
 
-double volume_now(const kernels::ParticleView& p, std::size_t i) {
-  return p.V0[i] * matrix_at(p.F, i).determinant() * p.Jp[i];
+double volume_as_placed(const Simulation::State& s, std::size_t i) {
+  const kernels::ParticleView p = s.particles.view();
+  return p.m[i] / s.setup.snow[p.object[i]].material.density;
+}
+double volume_now(const Simulation::State& s, std::size_t i) {
+  const kernels::ParticleView p = s.particles.view();
+  return volume_as_placed(s, i) * matrix_at(p.F, i).determinant() * p.Jp[i];
 }
 
 void add_particle(const Simulation::State& s, const BlockCoord& block, std::size_t i, double energy_density,
@@ -40,9 +45,9 @@ void add_particle(const Simulation::State& s, const BlockCoord& block, std::size
   m.momentum += mass * v;
   m.angular_momentum += mass * x.cross(v) + Vec3(b(2, 1) - b(1, 2), b(0, 2) - b(2, 0), b(1, 0) - b(0, 1));
   m.kinetic_energy += 0.5 * mass * v.squaredNorm();
-  m.elastic_energy += p.V0[i] * energy_density;
+  m.elastic_energy += volume_as_placed(s, i) * energy_density;
   m.potential_energy -= mass * s.setup.gravity.dot(x);
-  m.volume += volume_now(p, i);
+  m.volume += volume_now(s, i);
   m.max_speed = std::max(m.max_speed, v.norm());
   m.bounds.include(x);
 }
@@ -110,8 +115,8 @@ void Simulation::snapshot(Snapshot& out) const {
         out.x[axis][i] = static_cast<float>(x[axis]);
         out.v[axis][i] = p.v[axis][i];
       }
-      out.density[i] = static_cast<float>(p.m[i] / volume_now(p, i));
-      out.volume0[i] = p.V0[i];
+      out.density[i] = static_cast<float>(p.m[i] / volume_now(s, i));
+      out.volume0[i] = static_cast<float>(volume_as_placed(s, i));
       out.id[i] = p.id[i];
       out.object[i] = static_cast<std::uint16_t>(p.object[i]);
     }

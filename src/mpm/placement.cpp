@@ -102,8 +102,7 @@ void fill_material(const kernels::ParticleView& p, std::size_t i, const PlacedSn
     p.F[k][i] = k % 4 == 0 ? 1.f : 0.f;
   }
   p.Jp[i] = snow.packing.empty() ? 1.f : snow.packing[index];
-  p.m[i] = static_cast<float>(snow.particle_mass);
-  p.V0[i] = static_cast<float>(snow.particle_volume);
+  p.m[i] = static_cast<float>(snow.particle_mass());
 }
 
 // Positions and velocities are given back before most of the columns are touched, so that placing snow takes
@@ -150,7 +149,7 @@ void read_budget(Simulation::State& state) {
       state.budget.start_speed = std::max(state.budget.start_speed, snow.velocity[i].norm());
       state.budget.top = std::max(state.budget.top, height_against(state.setup.gravity, snow.position[i]));
     }
-    if (!snow.position.empty()) lightest = std::min(lightest, snow.particle_mass);
+    if (!snow.position.empty()) lightest = std::min(lightest, snow.particle_mass());
     state.budget.elastic_speed =
         std::max(state.budget.elastic_speed, 0.01 * elastic_moduli(snow.material).p_wave_speed);
   }

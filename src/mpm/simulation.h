@@ -37,8 +37,9 @@ struct PlacedSnow {
   std::vector<Vec3> position;  // m
   std::vector<Vec3> velocity;  // m/s (linear + spin)
   std::vector<float> packing;  // plastic volume ratio Jp at the start; empty: all 1
-  double particle_mass = 0;    // kg
   double particle_volume = 0;  // m^3
+
+  double particle_mass() const { return particle_volume * material.density; }  // kg
 };
 
 struct SimulationSetup {

@@ -2,7 +2,7 @@
 // One step of explicit MLS-MPM:
 //
 //   sort (when a particle has left its block's margin)
-//   P2G         particle blocks -> private tiles                     reads x v C F Jp m V0
+//   P2G         particle blocks -> private tiles                     reads x v C F Jp m
 //   grid update tiles -> sums of nodes -> velocity, gravity, contact
 //   G2P         nodes -> v C, then x F Jp, and the maxima that choose the next dt
 //

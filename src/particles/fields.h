@@ -20,7 +20,6 @@ inline constexpr Field kFields[] = {
     {"F", 9, "-", "elastic deformation gradient, row-major"},
     {"Jp", 1, "-", "plastic volume ratio"},
     {"m", 1, "kg", "mass"},
-    {"V0", 1, "m^3", "volume as placed"},
     {"id", 1, "-", "number, constant over the run"},
     {"object", 1, "-", "index of the snow object it came from"},
 };

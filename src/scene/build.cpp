@@ -35,7 +35,7 @@ double narrowest(const SceneConfig& scene, std::size_t index) {
 PlacedSnow place(const SceneConfig& scene, std::size_t index, const std::vector<Shape>& shapes,
                  double spacing) {
   const SnowConfig& config = scene.snow[index];
-  PlacedSnow snow{config.name, config.material, {}, {}, {}, 0, 0};
+  PlacedSnow snow{config.name, config.material, {}, {}, {}, 0};
   double total = 0;
   for (std::size_t s = 0; s < shapes.size(); ++s) {
     const Vec3 center = world_bounds(shapes[s]).center();
@@ -53,7 +53,6 @@ PlacedSnow place(const SceneConfig& scene, std::size_t index, const std::vector<
   }
   // The shape's true volume is shared out, so that density times volume is the mass that was asked for.
   snow.particle_volume = total / static_cast<double>(snow.position.size());
-  snow.particle_mass = snow.particle_volume * config.material.density;
   if (config.looseness > 0) {
     snow.packing = clump_packing(snow.position, config.looseness, config.clump_size,
                                  hash_keys(scene.simulation.seed, kClumpKey, index));

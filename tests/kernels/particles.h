@@ -68,7 +68,6 @@ inline ParticleColumns random_particles(std::size_t count, std::uint64_t seed, d
     }
     p.Jp[i] = static_cast<float>(random.in(0.8, 1.1));
     p.m[i] = static_cast<float>(random.in(4e-5, 6e-5));
-    p.V0[i] = 1.25e-7f;
     p.id[i] = static_cast<std::uint32_t>(i);
     p.object[i] = static_cast<std::uint32_t>(random.in(0, objects));
   }
@@ -98,7 +97,6 @@ inline std::vector<kernels::reference::Particle> reference_particles(const Parti
     }
     out[i].Jp = p.Jp[i];
     out[i].m = p.m[i];
-    out[i].V0 = p.V0[i];
     out[i].object = static_cast<int>(p.object[i]);
   }
   return out;

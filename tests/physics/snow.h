@@ -37,7 +37,6 @@ inline PlacedSnow fill(const Vec3& low, const Vec3& high, double dx, int per_axi
   snow.material = material;
   const double h = dx / per_axis;
   snow.particle_volume = h * h * h;
-  snow.particle_mass = material.density * snow.particle_volume;
   const auto count = [&](int axis) { return static_cast<int>(std::lround((high[axis] - low[axis]) / h)); };
   for (int i = 0; i < count(0); ++i) {
     for (int j = 0; j < count(1); ++j) {

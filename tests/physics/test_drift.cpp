@@ -125,7 +125,6 @@ SimulationSetup fan(double speed, int starts) {
   PlacedSnow snow;
   snow.material = elastic();
   snow.particle_volume = kDx * kDx * kDx / 8;
-  snow.particle_mass = snow.material.density * snow.particle_volume;
   for (int direction = 0; direction < 27; ++direction) {
     const Vec3 way(direction / 9 - 1, direction / 3 % 3 - 1, direction % 3 - 1);
     for (int start = 0; start < starts && direction != 13; ++start) {

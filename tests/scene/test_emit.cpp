@@ -41,7 +41,7 @@ const Shape kBall{Ball{1.0}, {Mat3::Identity(), Vec3(3, -2, 5)}};
 SimulationSetup build(const std::string& text) { return build_simulation(read(text)); }
 
 double total_mass(const PlacedSnow& snow) {
-  return snow.particle_mass * static_cast<double>(snow.position.size());
+  return snow.particle_mass() * static_cast<double>(snow.position.size());
 }
 
 }  // namespace
