@@ -35,10 +35,11 @@ FIRN_INLINE void update_particles(const StepParams& step, const MaterialParams* 
   store_mat3(p.F, b, d.f);
   Floats wave2 = zero;
   for_each_object(materials, p.object, b,
-                  [&](auto model, const MaterialParams& params, Mask mask) FIRN_INLINE_LAMBDA {
+                  [&](auto model, const MaterialParams& params, Mask lanes) FIRN_INLINE_LAMBDA {
+                    const Mask mask = lanes & mask_of_first(b.count);  // inert lanes are no snow
                     wave2 = select(mask, model.wave_speed2(params, d, jp), wave2);
                     if (!params.plastic) return;
-                    const Mask yields = mask & model.yields(params, d) & mask_of_first(b.count);
+                    const Mask yields = mask & model.yields(params, d);
                     wave2 = select(yields, zero, wave2);  // known when they are projected
                     if (any(yields)) yielding.add(p, b, d.f, jp, yields);
                   });

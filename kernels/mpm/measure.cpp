@@ -16,7 +16,7 @@ void summarise(const MaterialParams* materials, const ParticleView& p, ParticleR
     Floats wave2 = splat(0.f);
     for_each_object(materials, p.object, b,
                     [&](auto model, const MaterialParams& params, Mask mask) FIRN_INLINE_LAMBDA {
-                      wave2 = select(mask, model.wave_speed2(params, d, jp), wave2);
+                      wave2 = select(mask & mask_of_first(b.count), model.wave_speed2(params, d, jp), wave2);
                     });
     summary.add_motion(load_vec3(p.v, b), load_mat3(p.C, b, 0.f), d, jp, wave2);
   }

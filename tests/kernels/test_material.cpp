@@ -182,8 +182,6 @@ TEST_CASE(
 TEST_CASE("the summary of 1 to 17 particles has their largest speed, rate and wave speed, as the reference") {
   const auto materials = test_materials();
   const ParticleColumns columns = random_particles(40, 28, 0.1, 3);
-  // Inert lanes count as snow of Jp = 1.
-  for (std::size_t i = 0; i < columns.size(); ++i) columns.view().Jp[i] = std::min(columns.view().Jp[i], 1.f);
   const auto particles = reference_particles(columns);
   on_every_isa([&](const kernels::KernelTable& table) {
     for (std::size_t count = 1; count <= 17; ++count) {

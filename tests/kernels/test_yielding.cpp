@@ -111,6 +111,26 @@ void check_g2p(const kernels::KernelTable& table, const ParticleColumns& origina
 
 }  // namespace
 
+TEST_CASE("the wave speed of snow softer than at rest is its own, not that of the lanes beside it") {
+  const auto step = test_step();
+  const auto materials = test_materials();
+  const Tile tile = slow_velocities();
+  on_every_isa([&](const kernels::KernelTable& table) {
+    for (const std::size_t count : {1, 8, 15, 16, 17}) {
+      INFO(table.isa << ", " << count << " particles");
+      const ParticleColumns columns = random_particles(count, 80, 0.0005, 1);
+      for (std::size_t i = 0; i < count; ++i) columns.view().Jp[i] = 1.2f;
+      kernels::BlockSummary summary;
+      table.mpm.g2p(step, materials.data(), columns.view(), {0, count}, tile.nodes, &summary);
+      double wave2 = 0;
+      for (const auto& p : reference_particles(columns)) {
+        wave2 = std::max(wave2, kernels::reference::wave_speed2(materials[0], p.F, p.Jp));
+      }
+      CHECK(summary.wave2 == Approx(wave2).epsilon(1e-5));
+    }
+  });
+}
+
 TEST_CASE("decomposing only what yields gives the bits of decomposing everything") {
   auto materials = test_materials();
   materials[2].plastic = 1;

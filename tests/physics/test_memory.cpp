@@ -30,7 +30,6 @@ SimulationSetup slope(double length) {
   snow.position = fill_shape(sheet, kDx / 2, 1);
   snow.velocity.assign(snow.position.size(), sheet.pose.rotation * Vec3(8, 0, 0));
   snow.particle_volume = kDx * kDx * kDx / 8;
-  snow.particle_mass = snow.material.density * snow.particle_volume;
   setup.snow.push_back(std::move(snow));
   setup.colliders.push_back(plane(sheet.pose.rotation * Vec3(0, -0.06, 0),
                                   sheet.pose.rotation * Vec3::UnitY(), Contact::separating, 0.3));
