@@ -8,8 +8,15 @@
 #include "src/core/error.h"
 #include "src/io/file.h"
 #include "src/io/particle_file.h"
+#include "src/particles/fields.h"
 
 namespace firn {
+
+namespace {
+
+constexpr std::size_t kSavedBytes = 4 * kColumns + 16;  // a particle's, with its share of the blocks
+
+}  // namespace
 
 std::string snapshot_hash(const Snapshot& snapshot) {
   const std::string bytes = encode_snapshot(snapshot);
@@ -55,7 +62,9 @@ void SimulatedSnow::restore(Checkpoint checkpoint, const std::vector<FrameRecord
 }
 
 Checkpoint SimulatedSnow::checkpoint() const {
-  std::ostringstream out;
+  std::string room;  // a stream that grows by itself would copy the state, and hold twice as much
+  room.reserve(kSavedBytes * simulation_.particle_count());
+  std::ostringstream out(std::move(room));
   simulation_.save(out);
   Checkpoint checkpoint;
   checkpoint.frame = reached_;

@@ -28,9 +28,13 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& check
   put(file, checkpoint.particle_steps);
   put(file, static_cast<std::uint32_t>(checkpoint.pending.size()));
   for (const auto& snapshot : checkpoint.pending) put_sized(file, encode_snapshot(snapshot));
-  put_sized(file, checkpoint.state);
-  put(file, hash_bytes(file.data(), file.size()));
-  write_file(path, file);
+  put(file, static_cast<std::uint64_t>(checkpoint.state.size()));
+  // The state is most of the simulation's memory: it is written from where it lies.
+  std::string_view pieces[] = {file, checkpoint.state, {}};
+  std::string hash;
+  put(hash, hash_pieces(pieces));
+  pieces[2] = hash;
+  write_pieces(path, pieces);
 }
 
 Checkpoint read_checkpoint(const std::filesystem::path& path, std::uint64_t scene_hash) {

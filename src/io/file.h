@@ -5,6 +5,7 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -12,9 +13,11 @@ namespace firn {
 
 // Errors: io Error that names the path and the system's reason.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
+void write_pieces(const std::filesystem::path& path, std::span<const std::string_view> pieces);  // one file
 std::string read_file(const std::filesystem::path& path);
 
-std::uint64_t hash_bytes(const void* bytes, std::size_t size);  // XXH3, 64 bits
-std::string hex(std::uint64_t hash);                            // 16 lower-case digits
+std::uint64_t hash_bytes(const void* bytes, std::size_t size);        // XXH3, 64 bits
+std::uint64_t hash_pieces(std::span<const std::string_view> pieces);  // as of one array
+std::string hex(std::uint64_t hash);                                  // 16 lower-case digits
 
 }  // namespace firn
