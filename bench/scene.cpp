@@ -73,6 +73,7 @@ PlacedSnow snow_of_scene(const std::string& name, std::size_t particles) {
 SimulationSetup bench_scene(const std::string& name, std::size_t particles) {
   SimulationSetup setup;
   setup.dx = kSceneDx;
+  setup.sleep = false;  // every particle-step that is counted is made
   setup.snow.push_back(snow_of_scene(name, particles));
   Collider floor;
   floor.shape.form = HalfSpace{};

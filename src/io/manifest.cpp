@@ -20,6 +20,7 @@ void metrics_fields(M& m, F&& field) {
   field("particle_steps", m.particle_steps);
   field("particles", m.particles);
   field("particles_left", m.particles_left);
+  field("particles_asleep", m.particles_asleep);
   field("mass_kg", m.mass);
   field("momentum_kg_m_s", m.momentum);
   field("angular_momentum_kg_m2_s", m.angular_momentum);

@@ -12,7 +12,8 @@ namespace firn {
 namespace {
 
 constexpr const char* kHeader =
-    "frame,time_s,steps,particle_steps,particles,particles_left,mass_kg,momentum_x_kg_m_s,momentum_y_kg_m_s,"
+    "frame,time_s,steps,particle_steps,particles,particles_left,particles_asleep,mass_kg,momentum_x_kg_m_s,"
+    "momentum_y_kg_m_s,"
     "momentum_z_kg_m_s,angular_momentum_x_kg_m2_s,angular_momentum_y_kg_m2_s,angular_momentum_z_kg_m2_s,"
     "kinetic_energy_J,elastic_energy_J,potential_energy_J,volume_m3,max_speed_m_s,min_x_m,min_y_m,min_z_m,"
     "max_x_m,"
@@ -40,7 +41,7 @@ void MetricsCsv::add(int frame, const Metrics& m) {
   std::ostringstream row;
   row.precision(17);
   row << frame << ',' << m.time << ',' << m.steps << ',' << m.particle_steps << ',' << m.particles << ','
-      << m.particles_left << ',' << m.mass;
+      << m.particles_left << ',' << m.particles_asleep << ',' << m.mass;
   put_vector(row, m.momentum);
   put_vector(row, m.angular_momentum);
   row << ',' << m.kinetic_energy << ',' << m.elastic_energy << ',' << m.potential_energy << ',' << m.volume

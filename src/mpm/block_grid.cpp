@@ -12,8 +12,6 @@ namespace firn {
 
 namespace {
 
-constexpr std::uint32_t kNone = UINT32_MAX;
-
 struct Candidate {
   BlockKey key;
   BlockCoord coord;
@@ -73,13 +71,6 @@ void BlockGrid::rebuild(const ParticleBlocks& occupied, const std::vector<Collid
   find_contacts(colliders, dx);
   tiles_.reserve_discarding(occupied.size() * kernels::kTileStride);
   nodes_.reserve_discarding(key_.size() * kernels::kBlockFloats);
-}
-
-void BlockGrid::tiles_around(std::size_t block, const float* (&out)[kernels::kNeighbours]) const {
-  for (int n = 0; n < kernels::kNeighbours; ++n) {
-    const std::uint32_t tile = tiles_of_block_[block][n];
-    out[n] = tile == kNone ? nullptr : tiles_.data() + static_cast<std::size_t>(tile) * kernels::kTileStride;
-  }
 }
 
 void BlockGrid::blocks_around(std::size_t particle_block, const float* (&out)[kernels::kNeighbours]) const {

@@ -16,6 +16,9 @@ namespace firn {
 
 class BlockGrid {
  public:
+  static constexpr std::uint32_t kNone = UINT32_MAX;
+  using Neighbours = std::array<std::uint32_t, kernels::kNeighbours>;
+
   void rebuild(const ParticleBlocks& occupied, const std::vector<Collider>& colliders, double dx);
 
   std::size_t size() const { return key_.size(); }
@@ -25,13 +28,25 @@ class BlockGrid {
   float* nodes(std::size_t block) { return nodes_.data() + block * kernels::kBlockFloats; }
   const std::vector<kernels::ContactNodes>& contacts(std::size_t block) const { return contacts_[block]; }
 
-  // The tiles around a grid block (null where no particles are) and the grid blocks around a particle block.
-  void tiles_around(std::size_t block, const float* (&out)[kernels::kNeighbours]) const;
+  // Particle blocks around a grid block (kNone where no particles are), and the grid block at the place of a
+  // particle block.
+  const Neighbours& tiles_around(std::size_t block) const { return tiles_of_block_[block]; }
+  std::size_t block_of(std::size_t particle_block) const {
+    return blocks_of_tile_[particle_block][kernels::kNeighbours / 2];
+  }
+
+  // The tiles around a grid block (null where no particles are, or none that count) and the grid blocks
+  // around a particle block.
+  template <class Counts>
+  void tiles_around(std::size_t block, Counts&& counts, const float* (&out)[kernels::kNeighbours]) const {
+    for (int n = 0; n < kernels::kNeighbours; ++n) {
+      const std::uint32_t t = tiles_of_block_[block][n];
+      out[n] = t != kNone && counts(t) ? tiles_.data() + std::size_t{t} * kernels::kTileStride : nullptr;
+    }
+  }
   void blocks_around(std::size_t particle_block, const float* (&out)[kernels::kNeighbours]) const;
 
  private:
-  using Neighbours = std::array<std::uint32_t, kernels::kNeighbours>;
-
   void find_blocks(const ParticleBlocks& occupied);
   void find_contacts(const std::vector<Collider>& colliders, double dx);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The whole state as bytes: a header that says which simulation it is, counters, blocks, then the particle
-// columns in their order. The grid is found again from the blocks. Same machine, same build family:
-// little-endian, as x86-64 is.
+// columns in their order. The grid, and who sleeps, are found again from the blocks. Same machine, same build
+// family: little-endian, as x86-64 is.
 #include <cstring>
 #include <istream>
 #include <ostream>
@@ -14,7 +14,7 @@ namespace firn {
 
 namespace {
 
-constexpr char kMagic[8] = {'f', 'i', 'r', 'n', 's', 'i', 'm', '1'};
+constexpr char kMagic[8] = {'f', 'i', 'r', 'n', 's', 'i', 'm', '2'};
 
 template <class T>
 void write(std::ostream& out, const T* values, std::size_t count) {
@@ -44,7 +44,7 @@ std::uint64_t fingerprint(const Simulation::State& s) {
     std::memcpy(words, &m, sizeof m);
     for (const std::uint32_t word : words) h = hash_keys(h, word);
   }
-  return hash_keys(h, setup.colliders.size(), setup.domain.has_value());
+  return hash_keys(h, setup.colliders.size(), setup.domain.has_value(), setup.sleep);
 }
 
 struct Counters {
@@ -98,6 +98,7 @@ void Simulation::save(std::ostream& out) const {
   write(out, s.last_step.cause.data(), cause_length);
   write(out, s.blocks.coord.data(), s.blocks.size());
   write(out, s.blocks.begin.data(), s.blocks.begin.size());
+  write(out, s.blocks.calm.data(), s.blocks.calm.size());
   for (std::size_t k = 0; k < kColumns; ++k) write(out, s.particles.column(k), s.particles.size());
 }
 
@@ -111,8 +112,9 @@ void Simulation::load(std::istream& in) {
   }
   read(in, &print, 1);
   if (print != fingerprint(s)) {
-    throw Error(ExitCode::io, "",
-                "the saved simulation is of another scene: dx, dt, gravity, materials or colliders differ");
+    throw Error(
+        ExitCode::io, "",
+        "the saved simulation is of another scene: dx, dt, gravity, materials, colliders or sleep differ");
   }
   Counters c{};
   read(in, &c, 1);
@@ -125,8 +127,10 @@ void Simulation::load(std::istream& in) {
   ParticleBlocks blocks;
   blocks.coord.resize(c.blocks);
   blocks.begin.resize(c.blocks + 1);
+  blocks.calm.resize(c.blocks);
   read(in, blocks.coord.data(), c.blocks);
   read(in, blocks.begin.data(), c.blocks + 1);
+  read(in, blocks.calm.data(), c.blocks);
   for (const BlockCoord& b : blocks.coord) blocks.key.push_back(block_key(b));
   if (!consistent(blocks, c.particles)) throw Error(ExitCode::io, "", "the saved simulation is damaged");
   ParticleColumns particles;

@@ -94,6 +94,7 @@ Metrics Simulation::metrics() const {
   all.particle_steps = s.particle_steps;
   all.particles = s.particles.size();
   all.particles_left = s.left;
+  all.particles_asleep = s.asleep();
   all.step = s.last_step;
   return all;
 }

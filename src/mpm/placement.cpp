@@ -183,6 +183,7 @@ double height_against(const Vec3& gravity, const Vec3& x) {
 void place_particles(Simulation::State& state) {
   check_placed(state.setup.snow);
   read_budget(state);
+  state.rest = rest_limits(state.setup);
   for (const PlacedSnow& snow : state.setup.snow) state.materials.push_back(material_params(snow.material));
   fill_columns(state);
 }

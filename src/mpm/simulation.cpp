@@ -58,7 +58,8 @@ std::size_t Simulation::resident_bytes() const { return state_->resident_bytes()
 
 std::size_t Simulation::State::resident_bytes() const {
   return particles.resident_bytes() + blocks.resident_bytes() + sorter.resident_bytes() +
-         grid.resident_bytes() + summaries.capacity() * sizeof(kernels::BlockSummary);
+         grid.resident_bytes() + summaries.capacity() * sizeof(kernels::BlockSummary) +
+         active.resident_bytes() + held_dt.capacity() * sizeof(float);
 }
 
 std::size_t estimate_bytes(std::size_t particles, std::size_t occupied_blocks) {

@@ -52,6 +52,7 @@ struct SimulationSetup {
   // Optional domain box (any pose): particles that leave it leave the simulation and are counted.
   std::optional<Shape> domain;
   bool check_energy_bound = true;  // the |v| blow-up check
+  bool sleep = true;               // leave out snow that has come to rest
 };
 
 // What limits dt now, for people: "elastic wave (packed snow, 145 m/s)", "particle speed 3.2 m/s", ...
@@ -62,10 +63,11 @@ struct TimeStep {
 
 struct Metrics {
   double time = 0;
-  std::uint64_t steps = 0;  // since the start of the run
-  std::uint64_t particle_steps = 0;
+  std::uint64_t steps = 0;               // since the start of the run
+  std::uint64_t particle_steps = 0;      // without those of particles asleep
   std::size_t particles = 0;             // still inside
   std::size_t particles_left = 0;        // gone through the domain's boundary
+  std::size_t particles_asleep = 0;      // at rest and left out of the next step
   double mass = 0;                       // kg
   Vec3 momentum = Vec3::Zero();          // kg m/s
   Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s about the world origin, with the APIC affine part

@@ -9,6 +9,7 @@
 #include "kernels/table.h"
 #include "src/mpm/block_grid.h"
 #include "src/mpm/simulation.h"
+#include "src/mpm/sleep.h"
 #include "src/particles/blocks.h"
 #include "src/particles/columns.h"
 #include "src/particles/sort.h"
@@ -30,12 +31,15 @@ struct Simulation::State {
   std::vector<kernels::MaterialParams> materials;  // index = particle column `object`
   EnergyBudget budget;
   float mass_floor = 0;  // kg
+  RestLimits rest{};
 
   ParticleColumns particles;
   ParticleBlocks blocks;
   BlockSorter sorter;
   BlockGrid grid;
   std::vector<kernels::BlockSummary> summaries;  // one an occupied block
+  ActiveBlocks active;
+  std::vector<float> held_dt;  // s, the dt with which the tile of a held block was made; 0: none
 
   double time = 0;  // s
   std::uint64_t steps = 0;
@@ -55,8 +59,11 @@ struct Simulation::State {
   void particles_to_grid(const kernels::StepParams& params);
   void update_grid(const kernels::StepParams& params);
   void grid_to_particles(const kernels::StepParams& params);
+  void note_rest(double dt);
+  void find_active();
   void summarise();  // `summary` of the particles as they stand
 
+  std::size_t asleep() const;  // particles
   std::size_t resident_bytes() const;
 
   // stability.cpp: throws an unstable Error that names step, particle and likely cause.

@@ -6,8 +6,11 @@
 //   grid update tiles -> sums of nodes -> velocity, gravity, contact
 //   G2P         nodes -> v C, then x F Jp, and the maxima that choose the next dt
 //
+// Blocks that sleep (sleep.h) are left out.
+//
 // Each stage is one parallel loop over blocks in which every block writes only its own memory: no atomics, no
 // colours, and the same bits for any number of threads.
+#include <algorithm>
 #include <cmath>
 
 #include "src/core/parallel.h"
@@ -28,6 +31,18 @@ kernels::ParticleRange range_of(const ParticleBlocks& blocks, std::size_t b) {
 
 // Who has left through the domain's boundary. Only blocks near it are asked particle by particle: a block's
 // particles lie within 7 cells of its centre.
+// Did anything in a block move? What C does half a cell from a particle counts.
+bool is_quiet(const kernels::BlockSummary& seen, double dx, float speed) {
+  const float speed2 = speed * speed, half_cell = static_cast<float>(dx / 2);
+  return !seen.strayed && seen.speed2 <= speed2 && seen.rate2 * (half_cell * half_cell) <= speed2;
+}
+
+void set_at_rest(const kernels::ParticleView& p, kernels::ParticleRange range) {
+  const auto clear = [&](float* column) { std::fill(column + range.begin, column + range.end, 0.f); };
+  for (float* column : p.v) clear(column);
+  for (float* column : p.C) clear(column);
+}
+
 Leavers leavers_of(const SimulationSetup& setup) {
   if (!setup.domain) return {};
   const double dx = setup.dx;
@@ -51,7 +66,9 @@ void Simulation::State::sort() {
 
 void Simulation::State::rebuild_grid() {
   grid.rebuild(blocks, setup.colliders, setup.dx);
-  summaries.resize(blocks.size());
+  summaries.assign(blocks.size(), {});
+  active.forget();
+  find_active();
   bottom = budget.top;
   for (const BlockCoord& block : blocks.coord) {
     for (int corner = 0; corner < 8; ++corner) {  // of the block and its margin
@@ -63,15 +80,20 @@ void Simulation::State::rebuild_grid() {
 
 void Simulation::State::particles_to_grid(const kernels::StepParams& params) {
   const kernels::ParticleView view = particles.view();
-  parallel_for(blocks.size(), 1, [&](std::size_t b) {
+  parallel_for(active.scattering().size(), 1, [&](std::size_t i) {
+    const std::size_t b = active.scattering()[i];
+    if (held_dt[b] == params.dt) return;  // the tile is as it was
     kernels.mpm.p2g(params, materials.data(), view, range_of(blocks, b), grid.tile(b));
+    held_dt[b] = active.of(b) == Activity::held ? params.dt : 0.f;
   });
 }
 
 void Simulation::State::update_grid(const kernels::StepParams& params) {
-  parallel_for(grid.size(), 4, [&](std::size_t g) {
+  const auto scatters = [&](std::size_t b) { return active.of(b) != Activity::deep; };
+  parallel_for(active.grid_blocks().size(), 4, [&](std::size_t i) {
+    const std::size_t g = active.grid_blocks()[i];
     const float* tiles[kernels::kNeighbours];
-    grid.tiles_around(g, tiles);
+    grid.tiles_around(g, scatters, tiles);
     kernels.mpm.reduce_tiles(tiles, grid.nodes(g));
     const auto& contacts = grid.contacts(g);
     kernels.mpm.grid_update(params, contacts.data(), static_cast<int>(contacts.size()), grid.nodes(g));
@@ -80,7 +102,8 @@ void Simulation::State::update_grid(const kernels::StepParams& params) {
 
 void Simulation::State::grid_to_particles(const kernels::StepParams& params) {
   const kernels::ParticleView view = particles.view();
-  parallel_for(blocks.size(), 1, [&](std::size_t b) {
+  parallel_for(active.awake().size(), 1, [&](std::size_t i) {
+    const std::size_t b = active.awake()[i];
     const float* around[kernels::kNeighbours];
     alignas(64) float tile[kernels::kTileStride];
     grid.blocks_around(b, around);
@@ -88,6 +111,34 @@ void Simulation::State::grid_to_particles(const kernels::StepParams& params) {
     kernels.mpm.g2p(params, materials.data(), view, range_of(blocks, b), tile, &summaries[b]);
   });
   summary = combine(summaries);
+}
+
+void Simulation::State::note_rest(double dt) {
+  bool changed = false;
+  for (const std::uint32_t b : active.awake()) {
+    float& calm = blocks.calm[b];
+    const bool rested = calm >= rest.time;
+    calm = is_quiet(summaries[b], setup.dx, rest.speed) ? calm + static_cast<float>(dt) : 0.f;
+    changed = changed || rested != (calm >= rest.time);
+  }
+  if (changed) find_active();
+}
+
+// Whoever falls asleep stands still from now on; its summary is what its particles say, and stays.
+void Simulation::State::find_active() {
+  const std::vector<std::uint32_t> asleep = active.find(blocks, grid, rest.time);
+  held_dt.assign(blocks.size(), 0.f);
+  parallel_for(asleep.size(), 4, [&](std::size_t i) {
+    const std::size_t b = asleep[i];
+    set_at_rest(particles.view(), range_of(blocks, b));
+    kernels.mpm.summarise(materials.data(), particles.view(), range_of(blocks, b), &summaries[b]);
+  });
+}
+
+std::size_t Simulation::State::asleep() const {
+  std::size_t awake = 0;
+  for (const std::uint32_t b : active.awake()) awake += blocks.begin[b + 1] - blocks.begin[b];
+  return particles.size() - awake;
 }
 
 void Simulation::State::summarise() {
@@ -120,9 +171,10 @@ void Simulation::State::step(double dt) {
   done("grid");
   grid_to_particles(params);
   done("g2p");
+  particle_steps += particles.size() - asleep();
+  note_rest(dt);
   time += dt;
   ++steps;
-  particle_steps += particles.size();
   check_stability(dt);
 }
 

@@ -65,11 +65,12 @@ struct ParticleBlocks {
   std::vector<BlockCoord> coord;
   std::vector<BlockKey> key;       // ascending
   std::vector<std::size_t> begin;  // one more than there are blocks
+  std::vector<float> calm;         // s since anything in the block moved
 
   std::size_t size() const { return coord.size(); }
   std::size_t resident_bytes() const {
     return coord.capacity() * sizeof(BlockCoord) + key.capacity() * sizeof(BlockKey) +
-           begin.capacity() * sizeof(std::size_t);
+           begin.capacity() * sizeof(std::size_t) + calm.capacity() * sizeof(float);
   }
 };
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <cassert>
 #include <cstdio>
+#include <utility>
 
 #include "src/core/error.h"
 #include "src/core/parallel.h"
@@ -101,6 +102,7 @@ std::vector<std::uint32_t> place_in_blocks(std::size_t count,
     blocks.begin.push_back(i);
   }
   blocks.begin.push_back(count);
+  blocks.calm.assign(blocks.size(), 0.f);
   return order;
 }
 
@@ -134,7 +136,8 @@ void BlockSorter::group_by_destination(ParticleColumns& particles, const Particl
       at[n + 1] += at[n];
       if (n == kGone || at[n] == at[n + 1]) continue;
       const BlockCoord to = neighbour(blocks.coord[b], n);
-      flows.push_back({addressable(to) ? block_key(to) : ~BlockKey{0}, to, begin, at[n], at[n + 1]});
+      flows.push_back({addressable(to) ? block_key(to) : ~BlockKey{0}, to, static_cast<std::uint32_t>(b),
+                       begin, at[n], at[n + 1]});
     }
     for (std::size_t k = 0; k < count; ++k) {
       grouped[at[where(k)]++] =
@@ -155,6 +158,7 @@ void BlockSorter::cut_new_blocks(ParticleBlocks& blocks) {
                 "snow has travelled to the end of the grid, " + std::to_string(4 * kBlockReach) +
                     " cells from the origin: give the scene a domain or a floor");
   }
+  const std::vector<float> old_calm = std::exchange(blocks.calm, {});
   blocks.coord.clear();
   blocks.key.clear();
   blocks.begin.assign(1, 0);
@@ -165,8 +169,10 @@ void BlockSorter::cut_new_blocks(ParticleBlocks& blocks) {
       if (f != 0) blocks.begin.push_back(count);
       blocks.coord.push_back(flows_[f].coord);
       blocks.key.push_back(flows_[f].to);
+      blocks.calm.push_back(old_calm[flows_[f].from]);
       first_flow_.push_back(f);
     }
+    blocks.calm.back() = std::min(blocks.calm.back(), old_calm[flows_[f].from]);
     count += flows_[f].end - flows_[f].begin;
   }
   if (!flows_.empty()) blocks.begin.push_back(count);

@@ -46,6 +46,7 @@ class BlockSorter {
   struct Flow {  // particles that go from one old block to one new block
     BlockKey to;
     BlockCoord coord;
+    std::uint32_t from;      // old block
     std::size_t first;       // particle of the old block
     std::size_t begin, end;  // in the scratch column
   };

@@ -168,6 +168,7 @@ SimulationSetup build_simulation(const SceneConfig& scene, bool force) {
   setup.gravity = scene.simulation.gravity;
   setup.fixed_dt = scene.simulation.dt;
   setup.domain = domain_box(scene.simulation);
+  setup.sleep = scene.simulation.sleep;
   if (setup.fixed_dt && !force) check_fixed_dt(scene, setup.dx);
   place_colliders(scene, setup);
   std::vector<std::vector<Shape>> shapes;

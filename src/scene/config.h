@@ -98,6 +98,7 @@ struct SimulationConfig {
   Vec3 gravity = Vec3(0, -9.81, 0);
   std::optional<Vec3> domain_min, domain_max;  // m
   Vec3 domain_rotation = Vec3::Zero();         // degrees
+  bool sleep = true;                           // leave out snow that has come to rest
   std::uint64_t seed = 1;
 };
 

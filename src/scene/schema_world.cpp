@@ -54,6 +54,8 @@ TableSpec simulation_table() {
         {.unit = "m", .absent = "no box", .meaning = "upper corner of that box"});
   t.key("domain_rotation", &S::domain_rotation,
         {.unit = "degrees", .meaning = "turns that box about x, then y, then z, about its centre"});
+  t.key("sleep", &S::sleep,
+        {.meaning = "leave out blocks of snow that have come to rest, until something moves beside them"});
   t.key("seed", &S::seed,
         {.range = at_least(0), .meaning = "of everything random: the same seed gives the same bits"});
   return t.take();
