@@ -10,6 +10,7 @@
 #include <type_traits>
 
 #include "bench/kernels.h"
+#include "bench/resting.h"
 #include "bench/sim.h"
 #include "src/core/error.h"
 
@@ -24,7 +25,10 @@ constexpr const char* kUsage =
     "  included; dt is fixed, D or as often halved as it takes to be stable; the baseline's SVD does five\n"
     "  sweeps for every matrix, or as many as each needs\n"
     "usage: firn-bench kernels [--particles N] [--isa I] [--json FILE]\n"
-    "  each kernel by itself on one thread, on snow in the middle of the impact\n";
+    "  each kernel by itself on one thread, on snow in the middle of the impact\n"
+    "usage: firn-bench resting [--particles N] [--threads T] [--isa I] [--steps S] [--dt D] [--json FILE]\n"
+    "  a packed bed at rest and, beside it, the impact of a ball of a tenth of the particles: what a step\n"
+    "  costs with sleep and without\n";
 
 double positive(const std::string& option, const char* text) {
   char* end = nullptr;
@@ -103,6 +107,19 @@ void sim(int argc, char** argv) {
   firn::bench::run_sim(o);
 }
 
+void resting(int argc, char** argv) {
+  firn::bench::RestingOptions o;
+  Options options;
+  options.takes = {{"--particles", number("--particles", o.particles)},
+                   {"--threads", number("--threads", o.threads)},
+                   {"--isa", word(o.isa)},
+                   {"--steps", number("--steps", o.steps)},
+                   {"--dt", number("--dt", o.dt)},
+                   {"--json", word(o.json)}};
+  options.read(argc, argv);
+  firn::bench::run_resting(o);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -110,7 +127,8 @@ int main(int argc, char** argv) {
     std::fputs(kUsage, stdout);
     return 0;
   }
-  const std::map<std::string, void (*)(int, char**)> commands = {{"sim", sim}, {"kernels", kernels}};
+  const std::map<std::string, void (*)(int, char**)> commands = {
+      {"sim", sim}, {"kernels", kernels}, {"resting", resting}};
   const auto command = commands.find(argc < 2 ? "" : argv[1]);
   if (command == commands.end()) {
     std::fputs(kUsage, stderr);

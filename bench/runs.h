@@ -33,6 +33,7 @@ class FirnRun {
   // ns a particle-step; "other" is what step() does beside the named stages.
   std::vector<std::pair<std::string, double>> stages() const;
   const Simulation::State& state() const { return state_; }
+  Simulation::State& state() { return state_; }
 
  private:
   using Clock = std::chrono::steady_clock;
