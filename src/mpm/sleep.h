@@ -19,7 +19,7 @@
 
 namespace firn {
 
-// What counts as motion, and how long snow must be without it. docs/decisions/007 has the reasons.
+// What counts as motion, and how long snow must be without it. docs/decisions/008 has the reasons.
 struct RestLimits {
   float speed;  // m/s, of a particle or, by its C, of the snow half a cell from it
   float time;   // s; infinite: snow never sleeps

@@ -29,8 +29,6 @@ kernels::ParticleRange range_of(const ParticleBlocks& blocks, std::size_t b) {
   return {blocks.begin[b], blocks.begin[b + 1]};
 }
 
-// Who has left through the domain's boundary. Only blocks near it are asked particle by particle: a block's
-// particles lie within 7 cells of its centre.
 // Did anything in a block move? What C does half a cell from a particle counts.
 bool is_quiet(const kernels::BlockSummary& seen, double dx, float speed) {
   const float speed2 = speed * speed, half_cell = static_cast<float>(dx / 2);
@@ -43,6 +41,8 @@ void set_at_rest(const kernels::ParticleView& p, kernels::ParticleRange range) {
   for (float* column : p.C) clear(column);
 }
 
+// Who has left through the domain's boundary. Only blocks near it are asked particle by particle: a block's
+// particles lie within 7 cells of its centre.
 Leavers leavers_of(const SimulationSetup& setup) {
   if (!setup.domain) return {};
   const double dx = setup.dx;
