@@ -28,7 +28,6 @@ namespace {
 
 using State = Simulation::State;
 
-constexpr int kTurn = 20;  // steps
 constexpr std::uint32_t kBed = 0, kBall = 1;
 constexpr float kKept = 0.98f;  // of the bed's v and C after a step of damping
 constexpr int kMostDamped = 10000;
@@ -122,12 +121,6 @@ std::optional<Runs> run_at(double dt, const RestingOptions& options, const Simul
   return runs;
 }
 
-Json stages_json(const FirnRun& run) {
-  Json json = Json::object();
-  for (const auto& [stage, ns] : run.stages()) json[stage] = ns;
-  return json;
-}
-
 Json report_of(const RestingOptions& options, const char* isa, double dt, const Runs& runs) {
   const Tally &asleep = runs.asleep->tally(), &awake = runs.awake->tally();
   Json json = {
@@ -135,8 +128,8 @@ Json report_of(const RestingOptions& options, const char* isa, double dt, const 
       {"asleep_share", runs.asleep_share},
       {"ns_with_sleep", 1e9 / asleep.rate()},
       {"ns_without", 1e9 / awake.rate()},
-      {"stages_with_sleep", stages_json(*runs.asleep)},
-      {"stages_without", stages_json(*runs.awake)},
+      {"stages_with_sleep", runs.asleep->stages()},
+      {"stages_without", runs.awake->stages()},
       {"threads", options.threads},
       {"isa", isa},
       {"particles", runs.asleep->state().particles.size()},
@@ -181,12 +174,8 @@ void run_resting(const RestingOptions& options) {
   bring_to_rest(start.state(), options.dt);
   throw_ball(start.state(), velocity);
   double dt = options.dt;
-  std::optional<Runs> runs;
-  while (!(runs = run_at(dt, options, setup, start.state()))) {
-    dt /= 2;
-    if (dt < 1e-7) throw Error(ExitCode::unstable, "", "no dt above 1e-7 s is stable");
-  }
-  const Json report = report_of(options, kernels.isa, dt, *runs);
+  const Runs runs = halve_until_stable(dt, [&] { return run_at(dt, options, setup, start.state()); });
+  const Json report = report_of(options, kernels.isa, dt, runs);
   print(report);
   if (!options.json.empty()) write_json(report, options.json);
 }

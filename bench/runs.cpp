@@ -4,7 +4,6 @@
 #include <cstdio>
 
 #include "bench/scene.h"
-#include "src/core/error.h"
 
 namespace firn::bench {
 
@@ -50,14 +49,14 @@ double& FirnRun::seconds_of(const char* stage) {
   return seconds_.emplace_back(stage, 0.0).second;
 }
 
-std::vector<std::pair<std::string, double>> FirnRun::stages() const {
-  std::vector<std::pair<std::string, double>> ns;
+Json FirnRun::stages() const {
+  Json ns = Json::object();
   double other = tally_.seconds;
   for (const auto& [stage, seconds] : seconds_) {
-    ns.emplace_back(stage, seconds * 1e9 / tally_.particle_steps);
+    ns[stage] = seconds * 1e9 / tally_.particle_steps;
     other -= seconds;
   }
-  ns.emplace_back("other", other * 1e9 / tally_.particle_steps);
+  ns["other"] = other * 1e9 / tally_.particle_steps;
   return ns;
 }
 

@@ -8,9 +8,23 @@
 #include <vector>
 
 #include "bench/naive.h"
+#include "bench/report.h"
+#include "src/core/error.h"
 #include "src/mpm/state.h"
 
 namespace firn::bench {
+
+inline constexpr int kTurn = 20;  // steps that one side takes before it is the other's turn
+
+// What run() gives at the first dt at which it gives something, halving dt after each nothing. Errors:
+// unstable, below 1e-7 s.
+template <class Run>
+auto halve_until_stable(double& dt, Run&& run) {
+  for (; dt > 1e-7; dt /= 2) {
+    if (auto runs = run()) return std::move(*runs);
+  }
+  throw Error(ExitCode::unstable, "", "no dt above 1e-7 s is stable");
+}
 
 // What was counted over the timed steps.
 struct Tally {
@@ -31,7 +45,7 @@ class FirnRun {
 
   const Tally& tally() const { return tally_; }
   // ns a particle-step; "other" is what step() does beside the named stages.
-  std::vector<std::pair<std::string, double>> stages() const;
+  Json stages() const;
   const Simulation::State& state() const { return state_; }
   Simulation::State& state() { return state_; }
 

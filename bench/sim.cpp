@@ -19,14 +19,11 @@
 #include "bench/report.h"
 #include "bench/runs.h"
 #include "bench/scene.h"
-#include "src/core/error.h"
 #include "src/core/isa.h"
 
 namespace firn::bench {
 
 namespace {
-
-constexpr int kTurn = 20;  // steps
 
 struct Runs {
   std::unique_ptr<FirnRun> firn;
@@ -59,20 +56,6 @@ std::optional<Runs> run_at(double dt, const SimOptions& options, bool naive,
   return runs;
 }
 
-// Halves dt until it is stable.
-Runs stable_run(double& dt, const SimOptions& options, bool naive, const kernels::KernelTable& kernels) {
-  for (; dt > 1e-7; dt /= 2) {
-    if (auto runs = run_at(dt, options, naive, kernels)) return std::move(*runs);
-  }
-  throw Error(ExitCode::unstable, "", "no dt above 1e-7 s is stable");
-}
-
-Json stages_json(const FirnRun& run) {
-  Json json = Json::object();
-  for (const auto& [stage, ns] : run.stages()) json[stage] = ns;
-  return json;
-}
-
 Json report_of(const SimOptions& options, const kernels::KernelTable& kernels, double dt, const Runs& runs) {
   const Tally& firn = runs.firn->tally();
   const Limits limits = measure_limits(kernels.isa);
@@ -86,7 +69,7 @@ Json report_of(const SimOptions& options, const kernels::KernelTable& kernels, d
       {"isa", kernels.isa},
       {"bytes_per_particle",
        static_cast<double>(state.resident_bytes()) / static_cast<double>(state.particles.size())},
-      {"stages", stages_json(*runs.firn)},
+      {"stages", runs.firn->stages()},
       {"flop_floor_share", flops / (limits.flops * options.threads) * firn.rate()},
       {"fma_peak", limits.flops},
       {"scene", options.scene},
@@ -134,8 +117,8 @@ void run_sim(const SimOptions& options) {
   tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                             static_cast<std::size_t>(options.threads));
   double dt = options.dt;
-  Runs runs = stable_run(dt, options, false, kernels);
-  if (options.naive) runs = stable_run(dt, options, true, kernels);
+  Runs runs = halve_until_stable(dt, [&] { return run_at(dt, options, false, kernels); });
+  if (options.naive) runs = halve_until_stable(dt, [&] { return run_at(dt, options, true, kernels); });
   const Json report = report_of(options, kernels, dt, runs);
   print(report);
   if (!options.json.empty()) write_json(report, options.json);
