@@ -24,6 +24,35 @@ void compose(const double u[9], const double s[3], const double v[9], double out
   times_transpose(us, v, out);
 }
 
+// ln of the singular values, which end at 0.01 as in the kernel; returns their sum.
+double log_stretches(const double s[3], double log_s[3]) {
+  double sum = 0;
+  for (int i = 0; i < 3; ++i) sum += log_s[i] = std::log(std::fmax(s[i], 0.01));
+  return sum;
+}
+
+// Klar et al. 2016, with the gap of grains that have parted, vc = ln Jp, spread over the axes.
+bool project_grains(const MaterialParams& p, double f[9], double& jp) {
+  double u[9], s[3], v[9], l[3], hat[3], size = 0;
+  svd(f, u, s, v);
+  const double sum = log_stretches(s, l), vc = std::log(jp), cohesion = vc > 0 ? 0 : p.cohesion;
+  const double tr = sum + vc - 3 * cohesion;
+  for (int i = 0; i < 3; ++i) {
+    hat[i] = l[i] - sum / 3;
+    size += hat[i] * hat[i];
+  }
+  size = std::sqrt(size);
+  const double excess = size + p.cone * tr;
+  if (tr < 0 && excess <= 0 && vc <= 0 && s[2] >= 0.01) return false;
+  for (int i = 0; i < 3; ++i) {
+    const double kept = excess > 0 ? hat[i] * (1 - excess / size) : hat[i];
+    s[i] = tr >= 0 ? 1 : std::exp(kept + (sum + vc) / 3);
+  }
+  compose(u, s, v, f);
+  jp = tr >= 0 ? std::fmin(std::exp(std::fmax(sum + vc, 0)), p.jp_max) : 1;
+  return true;
+}
+
 double clamped(double x, double low, double high) { return x < low ? low : x > high ? high : x; }
 
 }  // namespace
@@ -36,9 +65,16 @@ void stress(const MaterialParams& p, const double f[9], double jp, double tau[9]
     for (int k = 0; k < 9; k += 4) tau[k] += p.lambda * std::log(std::fmax(j, 0.01)) - p.mu;
     return;
   }
-  const double hardening = std::exp(p.hardening * (1 - jp));
   double u[9], s[3], v[9], r[9], less_r[9];
   svd(f, u, s, v);
+  if (p.kind == kDruckerPrager) {  // U (2 mu ln S + lambda tr(ln S) I) U^T
+    double l[3], ul[9];
+    const double sum = log_stretches(s, l);
+    for (int k = 0; k < 9; ++k) ul[k] = u[k] * (2 * p.mu * l[k % 3] + p.lambda * sum);
+    times_transpose(ul, u, tau);
+    return;
+  }
+  const double hardening = std::exp(p.hardening * (1 - jp));
   times_transpose(u, v, r);  // R = U V^T
   for (int k = 0; k < 9; ++k) less_r[k] = f[k] - r[k];
   times_transpose(less_r, f, tau);  // 2 mu (F - R) F^T + lambda (J - 1) J I
@@ -56,6 +92,11 @@ double energy(const MaterialParams& p, const double f[9], double jp) {
   }
   double u[9], s[3], v[9], stretch = 0;
   svd(f, u, s, v);
+  if (p.kind == kDruckerPrager) {  // mu |ln S|^2 + lambda/2 tr(ln S)^2
+    double l[3];
+    const double sum = log_stretches(s, l);
+    return p.mu * (l[0] * l[0] + l[1] * l[1] + l[2] * l[2]) + 0.5 * p.lambda * sum * sum;
+  }
   for (const double sigma : s) stretch += (sigma - 1) * (sigma - 1);
   return std::exp(p.hardening * (1 - jp)) * (p.mu * stretch + 0.5 * p.lambda * (j - 1) * (j - 1));
 }
@@ -68,10 +109,18 @@ double wave_speed2(const MaterialParams& p, const double f[9], double jp) {
     const double pressed = std::fmax(0, -std::log(std::fmax(determinant(f), 0.01)));
     return (p.mu * (1 + stretch2) + p.lambda * (1 + pressed)) * p.inverse_density;
   }
+  if (p.kind == kDruckerPrager) {
+    double b[9], e2 = 0;
+    times_transpose(f, f, b);
+    for (int k = 0; k < 9; ++k) e2 += (b[k] - (k % 4 == 0)) * (b[k] - (k % 4 == 0));
+    const double least = std::sqrt(std::fmax(1 - std::sqrt(e2), 1e-4));
+    return (p.lambda + 2 * p.mu) * (1 - std::log(least)) * p.inverse_density;
+  }
   return std::exp(p.hardening * (1 - jp)) * (p.lambda + 2 * p.mu) * stretch2 * p.inverse_density;
 }
 
 bool project(const MaterialParams& p, double f[9], double& jp) {
+  if (p.kind == kDruckerPrager) return project_grains(p, f, jp);
   double u[9], s[3], v[9];
   svd(f, u, s, v);
   double before = 1, after = 1;

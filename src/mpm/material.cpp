@@ -13,6 +13,17 @@ ElasticModuli elastic_moduli(const Material& material) {
   return {mu, lambda, std::sqrt((lambda + 2 * mu) / material.density), std::sqrt(mu / material.density)};
 }
 
+// |dev tau| <= 3 alpha pressure, which is alpha (3 lambda + 2 mu) (-tr L); |dev tau| = 2 mu |dev L|. Sand on
+// a slope deforms in a plane, where the middle principal stress is the mean of the others and Mohr-Coulomb
+// reads alpha = sqrt(2)/3 sin phi. The fit of Klar et al. 2016, sqrt(2/3) 2 sin phi / (3 - sin phi), is that
+// of triaxial compression: with it, sand of 30 degrees stands at 44.
+double cone_slope(const Material& material) {
+  const double sine = std::sin(material.friction_angle * (M_PI / 180));
+  const double alpha = std::sqrt(2.0) / 3 * sine;
+  const ElasticModuli moduli = elastic_moduli(material);
+  return alpha * (3 * moduli.lambda + 2 * moduli.mu) / (2 * moduli.mu);
+}
+
 double stable_dt(const Material& material, double dx) {
   return kElasticCourant * dx / elastic_moduli(material).p_wave_speed;
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Material parameters as a person states them. Derived constants (Lame moduli, wave speeds) come from one
 // function. Sources: neo-Hookean with clamp: the source paper (docs/physics.md), snow: Stomakhin et al. 2013,
-// sections 5 and 6.
+// sections 5 and 6, drucker_prager: Klar et al. 2016.
 #pragma once
 
 namespace firn {
 
-enum class MaterialModel { neo_hookean, snow };
+enum class MaterialModel { neo_hookean, snow, drucker_prager };
 
 struct Material {
   MaterialModel model = MaterialModel::snow;
@@ -23,6 +23,9 @@ struct Material {
   // neo_hookean: singular values of F are kept in [sigma_min, sigma_max]
   double sigma_min = 0.975;
   double sigma_max = 1.0075;
+  // drucker_prager
+  double friction_angle = 30;  // degrees, of the cone that is Mohr-Coulomb's in plane strain
+  double cohesion = 0;         // ln of the stretch, equal in all directions, that parts grains that touch
 };
 
 struct ElasticModuli {
@@ -32,6 +35,9 @@ struct ElasticModuli {
   double s_wave_speed;  // m/s
 };
 ElasticModuli elastic_moduli(const Material& material);
+
+// Largest |dev L| / -tr L of Drucker-Prager grains, L the logarithmic strain.
+double cone_slope(const Material& material);
 
 // Of the time in which an elastic wave crosses one cell, the part that an explicit step may take.
 constexpr double kElasticCourant = 0.6;

@@ -65,11 +65,12 @@ void add_material_keys(TableBuilder<SnowConfig>& t) {
   const auto part = [](auto member) {
     return [member](SnowConfig & s) -> auto& { return s.material.*member; };
   };
-  const Condition snow{"model", {"snow"}}, neo_hookean{"model", {"neo_hookean"}};
+  const Condition snow{"model", {"snow"}}, neo_hookean{"model", {"neo_hookean"}},
+      grains{"model", {"drucker_prager"}};
   t.key("model", part(&Material::model),
-        {.choices = {"neo_hookean", "snow"},
+        {.choices = {"neo_hookean", "snow", "drucker_prager"},
          .meaning = "snow: fixed corotated with hardening (Stomakhin et al. 2013); neo_hookean: with clamped "
-                    "stretches"});
+                    "stretches; drucker_prager: grains with friction (Klar et al. 2016)"});
   t.key("density", part(&Material::density), {.unit = "kg/m^3", .range = above(0), .meaning = "as placed"});
   t.key("young_modulus", part(&Material::young_modulus),
         {.unit = "Pa", .range = above(0), .meaning = "stiffness under pull, unhardened"});
@@ -103,6 +104,15 @@ void add_material_keys(TableBuilder<SnowConfig>& t) {
         {.range = {0, 1, true, false}, .with = neo_hookean, .meaning = "least singular value of F"});
   t.key("sigma_max", part(&Material::sigma_max),
         {.range = at_least(1), .with = neo_hookean, .meaning = "greatest singular value of F"});
+  t.key("friction_angle", part(&Material::friction_angle),
+        {.unit = "degrees",
+         .range = {0, 90, false, true},
+         .with = grains,
+         .meaning = "of grains on grains: about the slope at which they rest"});
+  t.key("cohesion", part(&Material::cohesion),
+        {.range = between(0, 1),
+         .with = grains,
+         .meaning = "logarithm of the even stretch at which grains part; 0: none, they are dry"});
 }
 
 TableSpec snow_table() {
