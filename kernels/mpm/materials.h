@@ -4,6 +4,7 @@
 // material_snow.h and one line in `with_material`.
 #pragma once
 #include "kernels/mpm/batch.h"
+#include "kernels/mpm/material_cam_clay.h"
 #include "kernels/mpm/material_drucker_prager.h"
 #include "kernels/mpm/material_neo_hookean.h"
 #include "kernels/mpm/material_snow.h"
@@ -20,6 +21,8 @@ FIRN_INLINE void with_material(MaterialKind kind, F&& f) {
       return f(Snow{});
     case kDruckerPrager:
       return f(DruckerPrager{});
+    case kCamClay:
+      return f(CamClay{});
   }
 }
 

@@ -44,7 +44,7 @@ struct ParticleRange {
   std::size_t begin, end;
 };
 
-enum MaterialKind : std::int32_t { kNeoHookean, kSnow, kDruckerPrager };
+enum MaterialKind : std::int32_t { kNeoHookean, kSnow, kDruckerPrager, kCamClay };
 
 struct MaterialParams {
   MaterialKind kind;
@@ -56,6 +56,8 @@ struct MaterialParams {
   float jp_min, jp_max;
   // Drucker-Prager: |dev L| <= -cone tr(L - cohesion I), L the logarithmic strain
   float cone = 0, cohesion = 0;
+  // Cam-Clay: M^2; ln Jp before the start; `cohesion` is beta
+  float slope2 = 0, alpha0 = 0;
 };
 
 struct StepParams {

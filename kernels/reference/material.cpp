@@ -55,9 +55,66 @@ bool project_grains(const MaterialParams& p, double f[9], double& jp) {
 
 double clamped(double x, double low, double high) { return x < low ? low : x > high ? high : x; }
 
+double kappa_of(const MaterialParams& p) { return p.lambda + 2.0 / 3 * p.mu; }
+
+// mu J^(-2/3) dev(S^2) + kappa/2 (J^2 - 1) I in the axes of S.
+void clay_stress(const MaterialParams& p, const double f[9], double tau[9]) {
+  times_transpose(f, f, tau);
+  const double j = std::fmax(determinant(f), 0.01), mean = (tau[0] + tau[4] + tau[8]) / 3;
+  for (int k = 0; k < 9; k += 4) tau[k] -= mean;
+  for (int k = 0; k < 9; ++k) tau[k] *= p.mu * std::pow(j, -2.0 / 3);
+  for (int k = 0; k < 9; k += 4) tau[k] += kappa_of(p) / 2 * (j * j - 1);
+}
+
+double clay_energy(const MaterialParams& p, const double f[9]) {
+  const double j = std::fmax(determinant(f), 0.01);
+  double norm2 = 0;
+  for (int k = 0; k < 9; ++k) norm2 += f[k] * f[k];
+  return p.mu / 2 * (std::pow(j, -2.0 / 3) * norm2 - 3) + kappa_of(p) / 2 * ((j * j - 1) / 2 - std::log(j));
+}
+
+// Gaume et al. 2018, the volume kept exactly where it shears.
+bool project_clay(const MaterialParams& p, double f[9], double& jp) {
+  double u[9], s[3], v[9], hat[3], j = 1, mean = 0, size2 = 0, sheared_j = 1;
+  svd(f, u, s, v);
+  bool flat = false;
+  for (double& sigma : s) {
+    flat = flat || sigma < 0.1;
+    sigma = std::fmax(sigma, 0.1);
+    j *= sigma;
+    mean += sigma * sigma / 3;
+  }
+  for (int i = 0; i < 3; ++i) {
+    hat[i] = s[i] * s[i] - mean;
+    size2 += std::pow(p.mu * std::pow(j, -2.0 / 3) * hat[i], 2);
+  }
+  const double kappa = kappa_of(p), alpha = p.alpha0 + std::log(jp), beta = p.cohesion;
+  const double p0 = kappa * (1e-5 + std::sinh(std::fmin(p.hardening * std::fmax(-alpha, 0), 20)));
+  const double pressure = -kappa / 2 * (j * j - 1), a = 1.5 * (1 + 2 * beta);
+  const auto volume_at = [&](double at) { return std::sqrt(std::fmax(1 - 2 * at / kappa, 1e-3)); };
+  double after = j;  // the volume that hardening counts
+  if (pressure > p0 || pressure < -beta * p0) {
+    after = volume_at(pressure > p0 ? p0 : -beta * p0);
+    for (double& sigma : s) sigma = std::cbrt(after);
+  } else if (a * size2 + p.slope2 * (pressure + beta * p0) * (pressure - p0) > 0) {
+    const double allowed2 = p.slope2 * (pressure + beta * p0) * (p0 - pressure) / a;
+    for (int i = 0; i < 3; ++i) sheared_j *= s[i] = std::sqrt(mean + hat[i] * std::sqrt(allowed2 / size2));
+    for (double& sigma : s) sigma *= std::cbrt(j / sheared_j);
+    const double centre = (1 - beta) * p0 / 2, off = pressure - centre;
+    const double reach = std::sqrt(p.slope2 * off * off + a * size2);
+    after = volume_at(centre + off * std::sqrt(p.slope2) * (1 + beta) * p0 / 2 / reach);
+  } else if (!flat) {
+    return false;
+  }
+  compose(u, s, v, f);
+  jp = clamped(jp * j / after, p.jp_min, p.jp_max);
+  return true;
+}
+
 }  // namespace
 
 void stress(const MaterialParams& p, const double f[9], double jp, double tau[9]) {
+  if (p.kind == kCamClay) return clay_stress(p, f, tau);
   const double j = determinant(f);
   if (p.kind == kNeoHookean) {  // mu (F F^T - I) + lambda ln J I
     times_transpose(f, f, tau);
@@ -83,6 +140,7 @@ void stress(const MaterialParams& p, const double f[9], double jp, double tau[9]
 }
 
 double energy(const MaterialParams& p, const double f[9], double jp) {
+  if (p.kind == kCamClay) return clay_energy(p, f);
   const double j = determinant(f);
   if (p.kind == kNeoHookean) {
     double norm2 = 0;
@@ -109,6 +167,10 @@ double wave_speed2(const MaterialParams& p, const double f[9], double jp) {
     const double pressed = std::fmax(0, -std::log(std::fmax(determinant(f), 0.01)));
     return (p.mu * (1 + stretch2) + p.lambda * (1 + pressed)) * p.inverse_density;
   }
+  if (p.kind == kCamClay) {
+    const double j = determinant(f), shrink = std::pow(std::fmax(j, 0.01), -2.0 / 3);
+    return (kappa_of(p) / 2 * (j * j + 1) + 2.0 / 9 * p.mu * shrink * (stretch2 + 5)) * p.inverse_density;
+  }
   if (p.kind == kDruckerPrager) {
     double b[9], e2 = 0;
     times_transpose(f, f, b);
@@ -121,6 +183,7 @@ double wave_speed2(const MaterialParams& p, const double f[9], double jp) {
 
 bool project(const MaterialParams& p, double f[9], double& jp) {
   if (p.kind == kDruckerPrager) return project_grains(p, f, jp);
+  if (p.kind == kCamClay) return project_clay(p, f, jp);
   double u[9], s[3], v[9];
   svd(f, u, s, v);
   double before = 1, after = 1;

@@ -2,6 +2,7 @@
 // In: Young's modulus, Poisson's ratio, density. Out: Lame moduli, wave speeds and the step that they allow.
 #include "src/mpm/material.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace firn {
@@ -22,6 +23,18 @@ double cone_slope(const Material& material) {
   const double alpha = std::sqrt(2.0) / 3 * sine;
   const ElasticModuli moduli = elastic_moduli(material);
   return alpha * (3 * moduli.lambda + 2 * moduli.mu) / (2 * moduli.mu);
+}
+
+// Mohr-Coulomb in plane strain again: q = sqrt(3/2) |dev tau| and |dev tau| = sqrt(2) sin phi pressure.
+double critical_slope(const Material& material) {
+  return std::sqrt(3.0) * std::sin(material.friction_angle * (M_PI / 180));
+}
+
+// p0 = kappa (1e-5 + sinh(-xi alpha)), solved for alpha.
+double initial_compaction(const Material& material) {
+  const ElasticModuli moduli = elastic_moduli(material);
+  const double kappa = moduli.lambda + 2 * moduli.mu / 3;
+  return -std::asinh(std::max(material.compressive_strength / kappa - 1e-5, 0.0)) / material.hardening;
 }
 
 double stable_dt(const Material& material, double dx) {

@@ -49,6 +49,8 @@ kernels::MaterialKind material_kind(MaterialModel model) {
       return kernels::kSnow;
     case MaterialModel::drucker_prager:
       return kernels::kDruckerPrager;
+    case MaterialModel::cam_clay:
+      return kernels::kCamClay;
   }
   return kernels::kSnow;
 }
@@ -70,6 +72,12 @@ kernels::MaterialParams material_params(const Material& m) {
   if (m.model == MaterialModel::drucker_prager) {
     out.cone = static_cast<float>(cone_slope(m));
     out.cohesion = static_cast<float>(m.cohesion);
+  }
+  if (m.model == MaterialModel::cam_clay) {
+    const double slope = critical_slope(m);
+    out.slope2 = static_cast<float>(slope * slope);
+    out.cohesion = static_cast<float>(m.cohesion_ratio);
+    out.alpha0 = static_cast<float>(initial_compaction(m));
   }
   return out;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Grains with friction: how steep a pile rests, how far a column runs out, what cohesion holds.
+// Grains with friction: how steep a pile rests, how far a column runs out, what cohesion holds. Cam-Clay
+// snow: what load it bears.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -109,6 +110,57 @@ TEST_CASE("cohesion holds up a cube that collapses without it", "[physics]") {
   }
   CHECK(height[0] < 0.75 * kSide);
   CHECK(height[1] > 0.9 * kSide);
+}
+
+TEST_CASE("Cam-Clay snow bears a load below its strength and is packed by one above it", "[physics]") {
+  constexpr double kDx = 0.02, kHeight = 0.4, kSide = 4 * kDx;
+  for (const double strength : {1e4, 50.0}) {  // Pa; the weight is 1180 Pa at the foot
+    Material m;
+    m.model = MaterialModel::cam_clay;
+    m.density = 300;
+    m.young_modulus = 2e5;
+    m.compressive_strength = strength;
+    m.hardening = 0.1;
+    SimulationSetup setup =
+        on_ground(fill(Vec3(0.5, 0.5, 0.5) * kDx,
+                       Vec3(0.5 * kDx + kSide, 0.5 * kDx + kHeight, 0.5 * kDx + kSide), kDx, 2, m),
+                  kDx);
+    for (const int axis : {0, 2}) {  // between rollers
+      Vec3 low = Vec3::Zero(), high = Vec3::Zero(), normal = Vec3::Zero();
+      normal[axis] = 1;
+      low[axis] = 0.5 * kDx;
+      high[axis] = 0.5 * kDx + kSide;
+      setup.colliders.push_back(plane(low, normal, Contact::slip, 0));
+      setup.colliders.push_back(plane(high, -normal, Contact::slip, 0));
+    }
+    Simulation simulation(best_kernels(), setup);
+    const Metrics before = simulation.metrics();
+    simulation.advance_to(0.6, kNeverStop);
+    const Metrics after = simulation.metrics();
+    const double sag = (before.bounds.max.y() - after.bounds.max.y()) / kHeight;
+    INFO("strength " << strength << ", sag " << sag << ", volume " << after.volume / before.volume);
+    CHECK((strength > 1e3 ? sag < 0.01 : sag > 0.03));
+    CHECK(after.volume / before.volume == Approx(1 - sag).margin(0.02));
+  }
+}
+
+TEST_CASE("a cube of strong Cam-Clay snow stands by itself, one without strength falls apart", "[physics]") {
+  constexpr double kDx = 0.0125, kSide = 0.1;
+  double height[2];
+  for (const int strong : {0, 1}) {
+    Material m;
+    m.model = MaterialModel::cam_clay;
+    m.density = 300;
+    m.compressive_strength = strong ? 5e3 : 5;
+    m.hardening = 1;
+    Simulation simulation(
+        best_kernels(),
+        on_ground(fill(Vec3(0, 0.5 * kDx, 0), Vec3(kSide, kSide + 0.5 * kDx, kSide), kDx, 2, m), kDx));
+    simulation.advance_to(0.6, kNeverStop);
+    height[strong] = simulation.metrics().bounds.max.y() - 0.5 * kDx;
+  }
+  CHECK(height[0] < 0.8 * kSide);
+  CHECK(height[1] > 0.95 * kSide);
 }
 
 TEST_CASE("every preset survives a fall onto the ground and a blow by its like", "[physics]") {
