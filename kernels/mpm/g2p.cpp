@@ -39,7 +39,7 @@ FIRN_INLINE void update_particles(const StepParams& step, const MaterialParams* 
                     const Mask mask = lanes & mask_of_first(b.count);  // inert lanes are no snow
                     wave2 = select(mask, model.wave_speed2(params, d, jp), wave2);
                     if (!params.plastic) return;
-                    const Mask yields = mask & model.yields(params, d);
+                    const Mask yields = mask & model.yields(params, d, jp);
                     wave2 = select(yields, zero, wave2);  // known when they are projected
                     if (any(yields)) yielding.add(p, b, d.f, jp, yields);
                   });

@@ -32,7 +32,7 @@ struct NeoHookean {
     return (splat(p.mu) * (one + stretch2) + bulk) * splat(p.inverse_density);
   }
 
-  static FIRN_INLINE Mask yields(const MaterialParams& p, const Deformation& d) {
+  static FIRN_INLINE Mask yields(const MaterialParams& p, const Deformation& d, Floats) {
     return !inside_box(d, p.sigma_min, p.sigma_max);
   }
 

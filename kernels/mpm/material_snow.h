@@ -33,7 +33,7 @@ struct Snow {
     return hardening(p, jp) * (splat((p.lambda + 2.f * p.mu) * p.inverse_density) * stretch2);
   }
 
-  static FIRN_INLINE Mask yields(const MaterialParams& p, const Deformation& d) {
+  static FIRN_INLINE Mask yields(const MaterialParams& p, const Deformation& d, Floats) {
     return !inside_box(d, p.sigma_min, p.sigma_max);
   }
 

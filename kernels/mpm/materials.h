@@ -4,6 +4,8 @@
 // material_snow.h and one line in `with_material`.
 #pragma once
 #include "kernels/mpm/batch.h"
+#include "kernels/mpm/material_cam_clay.h"
+#include "kernels/mpm/material_drucker_prager.h"
 #include "kernels/mpm/material_neo_hookean.h"
 #include "kernels/mpm/material_snow.h"
 
@@ -17,6 +19,10 @@ FIRN_INLINE void with_material(MaterialKind kind, F&& f) {
       return f(NeoHookean{});
     case kSnow:
       return f(Snow{});
+    case kDruckerPrager:
+      return f(DruckerPrager{});
+    case kCamClay:
+      return f(CamClay{});
   }
 }
 

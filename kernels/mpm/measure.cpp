@@ -61,7 +61,7 @@ int project(const MaterialParams* materials, const ParticleView& p, ParticleRang
     for_each_object(materials, p.object, b,
                     [&](auto model, const MaterialParams& params, Mask mask) FIRN_INLINE_LAMBDA {
                       if (!params.plastic) return;
-                      const Mask yielding = mask & model.yields(params, deformation_of(f));
+                      const Mask yielding = mask & model.yields(params, deformation_of(f), jp);
                       if (any(yielding)) summary.add_clamped(model.project(params, f, jp, yielding), b.count);
                     });
     store_mat3(p.F, b, f);

@@ -34,7 +34,7 @@ struct ParticleView {
   float* v[3];         // m/s
   float* C[9];         // 1/s, APIC velocity gradient
   float* F[9];         // elastic deformation gradient
-  float* Jp;           // plastic volume ratio
+  float* Jp;           // plastic volume ratio: J Jp is the volume taken up
   float* m;            // kg
   std::uint32_t* id;
   std::uint32_t* object;  // index into the material table
@@ -44,7 +44,7 @@ struct ParticleRange {
   std::size_t begin, end;
 };
 
-enum MaterialKind : std::int32_t { kNeoHookean, kSnow };
+enum MaterialKind : std::int32_t { kNeoHookean, kSnow, kDruckerPrager, kCamClay };
 
 struct MaterialParams {
   MaterialKind kind;
@@ -54,6 +54,10 @@ struct MaterialParams {
   float sigma_min, sigma_max;  // bounds of the singular values of F
   float hardening;             // xi
   float jp_min, jp_max;
+  // Drucker-Prager: |dev L| <= -cone tr(L - cohesion I), L the logarithmic strain
+  float cone = 0, cohesion = 0;
+  // Cam-Clay: M^2; ln Jp before the start; `cohesion` is beta
+  float slope2 = 0, alpha0 = 0;
 };
 
 struct StepParams {

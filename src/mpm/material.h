@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Material parameters as a person states them. Derived constants (Lame moduli, wave speeds) come from one
 // function. Sources: neo-Hookean with clamp: the source paper (docs/physics.md), snow: Stomakhin et al. 2013,
-// sections 5 and 6.
+// sections 5 and 6, drucker_prager: Klar et al. 2016,
+// cam_clay: Gaume et al. 2018.
 #pragma once
 
 namespace firn {
 
-enum class MaterialModel { neo_hookean, snow };
+enum class MaterialModel { neo_hookean, snow, drucker_prager, cam_clay };
 
 struct Material {
   MaterialModel model = MaterialModel::snow;
@@ -23,6 +24,12 @@ struct Material {
   // neo_hookean: singular values of F are kept in [sigma_min, sigma_max]
   double sigma_min = 0.975;
   double sigma_max = 1.0075;
+  // drucker_prager, cam_clay
+  double friction_angle = 30;  // degrees, of the cone that is Mohr-Coulomb's in plane strain
+  double cohesion = 0;         // ln of the stretch, equal in all directions, that parts grains that touch
+  // cam_clay; `hardening` is its xi
+  double compressive_strength = 1e3;  // Pa, p0 at the start
+  double cohesion_ratio = 0.3;        // beta: tensile strength / compressive strength
 };
 
 struct ElasticModuli {
@@ -32,6 +39,13 @@ struct ElasticModuli {
   double s_wave_speed;  // m/s
 };
 ElasticModuli elastic_moduli(const Material& material);
+
+// Largest |dev L| / -tr L of Drucker-Prager grains, L the logarithmic strain.
+double cone_slope(const Material& material);
+
+// Cam-Clay: M, largest von Mises stress / pressure at constant volume, and alpha at the start.
+double critical_slope(const Material& material);
+double initial_compaction(const Material& material);
 
 // Of the time in which an elastic wave crosses one cell, the part that an explicit step may take.
 constexpr double kElasticCourant = 0.6;

@@ -41,11 +41,25 @@ Mat3 affine_velocity(const PlacedSnow& snow) {
   return residual2 < 1e-6 * motion2 ? gradient : Mat3::Zero();
 }
 
+kernels::MaterialKind material_kind(MaterialModel model) {
+  switch (model) {
+    case MaterialModel::neo_hookean:
+      return kernels::kNeoHookean;
+    case MaterialModel::snow:
+      return kernels::kSnow;
+    case MaterialModel::drucker_prager:
+      return kernels::kDruckerPrager;
+    case MaterialModel::cam_clay:
+      return kernels::kCamClay;
+  }
+  return kernels::kSnow;
+}
+
 kernels::MaterialParams material_params(const Material& m) {
   const ElasticModuli moduli = elastic_moduli(m);
   kernels::MaterialParams out{};
   const bool snow = m.model == MaterialModel::snow;
-  out.kind = snow ? kernels::kSnow : kernels::kNeoHookean;
+  out.kind = material_kind(m.model);
   out.plastic = m.plasticity;
   out.mu = static_cast<float>(moduli.mu);
   out.lambda = static_cast<float>(moduli.lambda);
@@ -55,6 +69,16 @@ kernels::MaterialParams material_params(const Material& m) {
   out.hardening = static_cast<float>(m.hardening);
   out.jp_min = static_cast<float>(m.jp_min);
   out.jp_max = static_cast<float>(m.jp_max);
+  if (m.model == MaterialModel::drucker_prager) {
+    out.cone = static_cast<float>(cone_slope(m));
+    out.cohesion = static_cast<float>(m.cohesion);
+  }
+  if (m.model == MaterialModel::cam_clay) {
+    const double slope = critical_slope(m);
+    out.slope2 = static_cast<float>(slope * slope);
+    out.cohesion = static_cast<float>(m.cohesion_ratio);
+    out.alpha0 = static_cast<float>(initial_compaction(m));
+  }
   return out;
 }
 

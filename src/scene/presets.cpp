@@ -3,7 +3,8 @@
 // for snow simulation". The others move its parameters in the directions that its section 6 describes: low
 // critical compression and stretch make powder that crumbles, high ones coherent chunks, high stiffness and
 // hardening make it icy. How far they move, and the densities, are round numbers chosen by this project in
-// the usual range of each kind of snow.
+// the usual range of each kind of snow. Those made of grains follow the model of Klar et al. 2016; their
+// numbers are chosen by this project.
 #include "src/scene/presets.h"
 
 #include <cassert>
@@ -25,6 +26,21 @@ Material snow(const Change& change) {
   return material;
 }
 
+struct Grains {
+  double density, young_modulus, poisson_ratio, friction_angle, cohesion;
+};
+
+Material grains(const Grains& of) {
+  Material material;
+  material.model = MaterialModel::drucker_prager;
+  material.density = of.density;
+  material.young_modulus = of.young_modulus;
+  material.poisson_ratio = of.poisson_ratio;
+  material.friction_angle = of.friction_angle;
+  material.cohesion = of.cohesion;
+  return material;
+}
+
 }  // namespace
 
 const std::vector<Preset>& presets() {
@@ -38,8 +54,14 @@ const std::vector<Preset>& presets() {
       {"wet", snow({500, 1e5, 4e-2, 1.2e-2, 8}), "heavy, sticks, holds together in chunks",
        "higher limits (Stomakhin et al. 2013, section 6); density chosen by this project"},
       {"ice_crust", snow({750, 1.5e6, 2e-2, 5e-3, 15}), "hard and brittle",
-       "higher stiffness and hardening (Stomakhin et al. 2013, section 6); density chosen by this project"
-       "Paterson 1994"},
+       "higher stiffness and hardening (Stomakhin et al. 2013, section 6); density chosen by this project"},
+      {"dry_slab", snow({250, 2e5, 2e-2, 4e-3, 10}), "wind slab: stiff for its weight, breaks into blocks",
+       "packed, lighter and more brittle; chosen by this project"},
+      {"weak_layer", grains({150, 1e5, 0.2, 27, 1e-3}), "buried loose grains, barely bonded, under a slab",
+       "model of Klar et al. 2016; numbers chosen by this project"},
+      {"sand", grains({1600, 3.5e5, 0.3, 30, 0}), "dry grains, rest at a slope",
+       "model of Klar et al. 2016, stiffness of its order; density of loose quartz sand and angle chosen by "
+       "this project"},
   };
   return all;
 }

@@ -65,11 +65,14 @@ void add_material_keys(TableBuilder<SnowConfig>& t) {
   const auto part = [](auto member) {
     return [member](SnowConfig & s) -> auto& { return s.material.*member; };
   };
-  const Condition snow{"model", {"snow"}}, neo_hookean{"model", {"neo_hookean"}};
+  const Condition snow{"model", {"snow"}}, neo_hookean{"model", {"neo_hookean"}},
+      grains{"model", {"drucker_prager"}}, clay{"model", {"cam_clay"}},
+      hardens{"model", {"snow", "cam_clay"}}, rubs{"model", {"drucker_prager", "cam_clay"}};
   t.key("model", part(&Material::model),
-        {.choices = {"neo_hookean", "snow"},
+        {.choices = {"neo_hookean", "snow", "drucker_prager", "cam_clay"},
          .meaning = "snow: fixed corotated with hardening (Stomakhin et al. 2013); neo_hookean: with clamped "
-                    "stretches"});
+                    "stretches; drucker_prager: grains with friction (Klar et al. 2016); "
+                    "cam_clay: snow that crushes, shears and sticks (Gaume et al. 2018)"});
   t.key("density", part(&Material::density), {.unit = "kg/m^3", .range = above(0), .meaning = "as placed"});
   t.key("young_modulus", part(&Material::young_modulus),
         {.unit = "Pa", .range = above(0), .meaning = "stiffness under pull, unhardened"});
@@ -90,9 +93,11 @@ void add_material_keys(TableBuilder<SnowConfig>& t) {
         {.range = {0, 1, true, true}, .with = snow, .meaning = "theta_c: compression at which snow yields"});
   t.key("critical_stretch", part(&Material::critical_stretch),
         {.range = {0, 1, true, true}, .with = snow, .meaning = "theta_s: stretch at which snow breaks"});
-  t.key(
-      "hardening", part(&Material::hardening),
-      {.range = between(0, 100), .with = snow, .meaning = "xi: packed snow is stiffer by exp(xi (1 - Jp))"});
+  t.key("hardening", part(&Material::hardening),
+        {.range = between(0, 100),
+         .with = hardens,
+         .meaning = "xi: packed snow is stiffer by exp(xi (1 - Jp)); cam_clay: stronger, p0 grows with "
+                    "sinh(xi times compaction)"});
   t.key("jp_min", part(&Material::jp_min),
         {.range = {0, 1, true, false},
          .with = snow,
@@ -103,6 +108,22 @@ void add_material_keys(TableBuilder<SnowConfig>& t) {
         {.range = {0, 1, true, false}, .with = neo_hookean, .meaning = "least singular value of F"});
   t.key("sigma_max", part(&Material::sigma_max),
         {.range = at_least(1), .with = neo_hookean, .meaning = "greatest singular value of F"});
+  t.key("friction_angle", part(&Material::friction_angle),
+        {.unit = "degrees",
+         .range = {0, 90, false, true},
+         .with = rubs,
+         .meaning = "of grains on grains: about the slope at which they rest"});
+  t.key("cohesion", part(&Material::cohesion),
+        {.range = between(0, 1),
+         .with = grains,
+         .meaning = "logarithm of the even stretch at which grains part; 0: none, they are dry"});
+  t.key("compressive_strength", part(&Material::compressive_strength),
+        {.unit = "Pa",
+         .range = above(0),
+         .with = clay,
+         .meaning = "p0: even pressure at which it crushes, at the start"});
+  t.key("cohesion_ratio", part(&Material::cohesion_ratio),
+        {.range = between(0, 1), .with = clay, .meaning = "beta: tensile over compressive strength"});
 }
 
 TableSpec snow_table() {

@@ -55,8 +55,9 @@ TEST_CASE("a value of the wrong type is told from the expected one with its unit
        "scene.toml:5:11: 'density': expected a number in kg/m^3, got an array of 1"},
       {kBall + "plasticity = 1", "scene.toml:5:14: 'plasticity': expected true or false, got a whole number"},
       {kBall + "preset = 3",
-       "scene.toml:5:10: 'preset': expected one of fresh, powder, packed, wet, ice_crust, got a whole "
-       "number"},
+       "scene.toml:5:10: 'preset': expected one of fresh, powder, packed, wet, ice_crust, dry_slab, "
+       "weak_layer, sand, "
+       "got a whole number"},
       {kBall + "[image]\nsamples = 1.5", "scene.toml:6:11: 'samples': expected a whole number, got a number"},
       {kBall + "[simulation]\ndt = \"auot\"",
        "scene.toml:6:6: 'dt': expected a number in seconds, got a string"},
@@ -65,9 +66,9 @@ TEST_CASE("a value of the wrong type is told from the expected one with its unit
       {kBall + "[output]\nformats = [\"png\", \"pgf\"]",
        "scene.toml:6:19: 'formats': expected list of png, ppm, pfm, got 'pgf', did you mean 'png'?"},
       {kBall + "preset = \"freshh\"",
-       "scene.toml:5:10: 'preset': expected one of fresh, powder, packed, wet, ice_crust, got 'freshh', did "
-       "you mean "
-       "'fresh'?"},
+       "scene.toml:5:10: 'preset': expected one of fresh, powder, packed, wet, ice_crust, dry_slab, "
+       "weak_layer, sand, "
+       "got 'freshh', did you mean 'fresh'?"},
   });
 }
 
@@ -89,6 +90,10 @@ TEST_CASE("a value out of range is told the range") {
        "scene.toml:5:17: 'poisson_ratio' is 0.5, out of range: it must be 0 to below 0.5"},
       {kBall + "poisson_ratio = -0.1",
        "scene.toml:5:17: 'poisson_ratio' is -0.1, out of range: it must be 0 to below 0.5"},
+      {kBall + "model = \"drucker_prager\"\nfriction_angle = -1",
+       "scene.toml:6:18: 'friction_angle' is -1.0, out of range: it must be 0 to below 90 degrees"},
+      {kBall + "model = \"drucker_prager\"\ncohesion = -0.5",
+       "scene.toml:6:12: 'cohesion' is -0.5, out of range: it must be 0 to 1"},
       {kBall + "jp_min = 1.5", "scene.toml:5:10: 'jp_min' is 1.5, out of range: it must be above 0 to 1"},
       {kBall + "model = \"neo_hookean\"\nsigma_max = 0.9",
        "scene.toml:6:13: 'sigma_max' is 0.9, out of range: it must be at least 1"},

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+// Snow as a cohesive clay after Gaume et al. 2018, "Dynamic anticrack propagation in snow": tau = mu J^(-2/3)
+// dev(B) + kappa/2 (J^2 - 1) I inside the ellipse a |s|^2 + M^2 (p + beta p0)(p - p0) <= 0, p = -tr(tau)/3,
+// s = dev tau, a = 3/2 (1 + 2 beta). p0, the pressure at which it crushes, grows with compaction: p0 = kappa
+// (1e-5 + sinh(xi max(-alpha, 0))), alpha = alpha0 + ln Jp. Pressures are counted in kappa here.
+#pragma once
+#include "kernels/mpm/stretch.h"
+#include "kernels/mpm/views.h"
+#include "kernels/simd/math.h"
+
+namespace firn::kernels::FIRN_ISA {
+
+// sinh(x) of 0 <= x <= 20, also where exp(x) - exp(-x) would cancel.
+FIRN_INLINE Floats sinh(Floats x) {
+  const Floats x2 = x * x, e = exp(x);
+  Floats p = fma(x2, splat(1.f / 362880), splat(1.f / 5040));
+  p = fma(p, x2, splat(1.f / 120));
+  p = fma(p, x2, splat(1.f / 6));
+  return select(less(x, splat(1.f)), fma(p * x2, x, x), splat(0.5f) * (e - splat(1.f) / e));
+}
+
+struct CamClay {
+  static FIRN_INLINE float kappa(const MaterialParams& p) { return p.lambda + p.mu * (2.f / 3); }
+
+  // J^(-2/3); the volume ends at 0.01.
+  static FIRN_INLINE Floats log_volume(const Deformation& d) { return log(max(d.j, splat(0.01f))); }
+  static FIRN_INLINE Floats shrink(Floats log_j) { return exp(log_j * splat(-2.f / 3)); }
+
+  static __attribute__((noinline)) Sym3 stress_of(const MaterialParams& p, float scale, const Mat3& f) {
+    const Deformation d = deformation_of(f);
+    const Floats mu = splat(p.mu * scale) * shrink(log_volume(d)), tr = trace(d.e) * splat(-1.f / 3);
+    const Floats j = max(d.j, splat(0.01f));
+    return add_diagonal(d.e * mu, fma(mu, tr, splat(0.5f * kappa(p) * scale) * fma(j, j, splat(-1.f))));
+  }
+  static FIRN_INLINE Sym3 stress(const MaterialParams& p, float scale, const Deformation& d, Floats) {
+    return stress_of(p, scale, in_memory(d.f));
+  }
+
+  // psi = mu/2 (J^(-2/3) tr B - 3) + kappa/2 ((J^2 - 1)/2 - ln J)
+  static __attribute__((noinline)) Floats energy_of(const MaterialParams& p, const Mat3& f) {
+    const Deformation d = deformation_of(f);
+    const Floats log_j = log_volume(d), j = max(d.j, splat(0.01f));
+    const Floats volumetric = fma(fma(j, j, splat(-1.f)), splat(0.5f), -log_j);
+    const Floats shear = fma(shrink(log_j), trace(d.e) + splat(3.f), splat(-3.f));
+    return fma(splat(0.5f * p.mu), shear, splat(0.5f * kappa(p)) * volumetric);
+  }
+  static FIRN_INLINE Floats energy(const MaterialParams& p, const Deformation& d, Floats) {
+    return energy_of(p, in_memory(d.f));
+  }
+
+  // Spatial speed of a uniaxial wave, F^2 dP/dF / rho0 = (kappa/2 (J^2 + 1) + 2/9 mu J^(-2/3) (F^2 + 5)) /
+  // rho0, with the largest squared stretch bounded by |F|^2 - 2.
+  static __attribute__((noinline)) Floats wave_speed2_of(const MaterialParams& p, const Mat3& f) {
+    const Deformation d = deformation_of(f);
+    const Floats stretch2 = max(splat(1.f), trace(d.e) + splat(1.f));
+    const Floats shear = splat(p.mu * (2.f / 9)) * shrink(log_volume(d)) * (stretch2 + splat(5.f));
+    return fma(splat(0.5f * kappa(p)), fma(d.j, d.j, splat(1.f)), shear) * splat(p.inverse_density);
+  }
+  static FIRN_INLINE Floats wave_speed2(const MaterialParams& p, const Deformation& d, Floats) {
+    return wave_speed2_of(p, in_memory(d.f));
+  }
+
+  // p0 / kappa
+  static FIRN_INLINE Floats strength(const MaterialParams& p, Floats jp) {
+    const Floats packed = max(-(splat(p.alpha0) + log(jp)), splat(0.f));
+    return splat(1e-5f) + sinh(min(splat(p.hardening) * packed, splat(20.f)));
+  }
+
+  // False only where `project` changes nothing: inside the ellipse by more than the round-off of either.
+  static __attribute__((noinline)) Mask yields_of(const MaterialParams& p, const Mat3& f, Floats jp) {
+    const Deformation d = deformation_of(f);
+    const Floats p0 = strength(p, jp), pressure = splat(0.5f) * fma(-d.j, d.j, splat(1.f));
+    const Floats size = splat(p.mu / kappa(p)) * shrink(log_volume(d)) *
+                        sqrt(norm2(add_diagonal(d.e, trace(d.e) * splat(-1.f / 3))));
+    const float a = 1.5f * (1 + 2 * p.cohesion), noise = 2e-6f;
+    const Floats high = p0 - pressure, low = fma(splat(p.cohesion), p0, pressure);
+    const Floats margin =
+        splat(noise) * (splat(2 * a) * size + splat(p.slope2) * (high + low)) + splat(1e-11f);
+    const Mask inside = less(splat(noise), high) & less(splat(noise), low) &
+                        less(fma(splat(a) * size, size, margin), splat(p.slope2) * high * low);
+    return !(inside & less(norm2(d.e), splat(0.25f)) & less(splat(0.3f), d.j));
+  }
+  static FIRN_INLINE Mask yields(const MaterialParams& p, const Deformation& d, Floats jp) {
+    return yields_of(p, in_memory(d.f), jp);
+  }
+
+  // The pressure where the line from the ellipse's centre to (pressure, size) crosses it.
+  static FIRN_INLINE Floats crossing(const MaterialParams& p, Floats p0, Floats pressure, Floats size) {
+    const Floats centre = p0 * splat(0.5f * (1 - p.cohesion)), half = p0 * splat(0.5f * (1 + p.cohesion));
+    const Floats along = pressure - centre;
+    const Floats reach2 =
+        fma(splat(p.slope2) * along, along, splat(1.5f * (1 + 2 * p.cohesion)) * size * size);
+    return fma(along, sqrt(splat(p.slope2)) * half / max(sqrt(reach2), splat(1e-20f)), centre);
+  }
+
+  struct Projected {
+    Mask changed;
+    Mat3 f;
+    Floats volume_ratio;
+  };
+  static __attribute__((noinline)) Projected projected(const MaterialParams& p, const Mat3& f, Floats jp) {
+    const Floats zero = splat(0.f), one = splat(1.f), third = splat(1.f / 3);
+    Svd3 d;
+    svd3(f, d);
+    Floats s[3], b[3];
+    Mask flat = less(one, zero);
+    for (int i = 0; i < 3; ++i) {
+      flat = flat | less(d.s[i], splat(0.1f));
+      s[i] = max(d.s[i], splat(0.1f));  // flatter or inside out: as if of this stretch
+      b[i] = s[i] * s[i];
+    }
+    const Floats j = s[0] * s[1] * s[2], mean = (b[0] + b[1] + b[2]) * third;
+    const Floats p0 = strength(p, jp), pressure = splat(0.5f) * fma(-j, j, one);
+    const Floats hat[3] = {b[0] - mean, b[1] - mean, b[2] - mean};
+    const Floats hat_size = sqrt(fma(hat[0], hat[0], fma(hat[1], hat[1], hat[2] * hat[2])));
+    const Floats size = splat(p.mu / kappa(p)) * shrink(log(j)) * hat_size;
+    const Floats high = p0 - pressure, low = fma(splat(p.cohesion), p0, pressure);
+    const Floats allowed2 = splat(p.slope2 / (1.5f * (1 + 2 * p.cohesion))) * high * low;
+    const Mask crushed = less(high, zero), torn = less(low, zero);
+    const Mask tip = crushed | torn, shears = (!tip) & less(allowed2, size * size);
+    // The tips: no shear, and the volume of the greatest or least pressure.
+    const Floats end = select(crushed, p0, p0 * splat(-p.cohesion));
+    const Floats tip_j = sqrt(max(fma(splat(-2.f), end, one), splat(1e-3f)));
+    const Floats tip_s = exp(log(tip_j) * third);
+    // Shear: the same volume, less deviator.
+    const Floats keep = sqrt(max(allowed2, zero)) / max(size, splat(1e-20f));
+    Floats sheared[3];
+    for (int i = 0; i < 3; ++i) sheared[i] = sqrt(fma(hat[i], keep, mean));
+    const Floats same_volume = exp(log(j / (sheared[0] * sheared[1] * sheared[2])) * third);
+    const Floats cross_j = sqrt(max(fma(splat(-2.f), crossing(p, p0, pressure, size), one), splat(1e-3f)));
+    for (int i = 0; i < 3; ++i) s[i] = select(tip, tip_s, select(shears, sheared[i] * same_volume, s[i]));
+    return {flat | tip | shears, compose(d, s), select(tip, j / tip_j, select(shears, j / cross_j, one))};
+  }
+
+  static FIRN_INLINE Mask project(const MaterialParams& p, Mat3& f, Floats& jp, Mask active) {
+    const Projected to = projected(p, in_memory(f), jp);
+    const Mask changed = active & to.changed;
+    f = select(changed, to.f, f);
+    jp = select(changed, min(max(jp * to.volume_ratio, splat(p.jp_min)), splat(p.jp_max)), jp);
+    return changed;
+  }
+};
+
+}  // namespace firn::kernels::FIRN_ISA

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: MIT
+// Cam-Clay snow: the kernel is the reference's, and the reference keeps its own laws.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include "tests/catch.h"
+#include "tests/kernels/lane_parts.h"
+#include "tests/kernels/particles.h"
+
+using namespace firn;
+using namespace firn::test;
+
+namespace {
+
+kernels::MaterialParams clay(float slope2, float beta, float alpha0, float hardening) {
+  kernels::MaterialParams m{kernels::kCamClay, 1, 4e4f, 6e4f, 1.f / 300, 0, 0, hardening, 0.3f, 20.f};
+  m.slope2 = slope2;
+  m.cohesion = beta;
+  m.alpha0 = alpha0;
+  return m;
+}
+
+// Strong, weak, without tension; and snow between them.
+std::vector<kernels::MaterialParams> clay_materials() {
+  return {clay(0.8f, 0.3f, -0.02f, 2), clay(0.5f, 0.5f, -0.002f, 1), clay(1.2f, 0, -0.05f, 5),
+          test_materials()[0]};
+}
+
+// Jp within a few per cent of the start.
+ParticleColumns clay_particles(std::size_t count, std::uint64_t seed, double strain, std::uint32_t objects) {
+  ParticleColumns columns = random_particles(count, seed, strain, objects);
+  Random random(seed + 1);
+  for (std::size_t i = 0; i < count; ++i) columns.view().Jp[i] = static_cast<float>(random.in(0.96, 1.03));
+  return columns;
+}
+
+double kappa_of(const kernels::MaterialParams& m) { return m.lambda + 2.0 / 3 * m.mu; }
+
+// The yield function over kappa^2 with the strength of `jp`; positive outside.
+double outside_ellipse(const kernels::MaterialParams& m, const double f[9], double jp) {
+  double tau[9], s2 = 0;
+  kernels::reference::stress(m, f, jp, tau);
+  const double pressure = -(tau[0] + tau[4] + tau[8]) / 3;
+  for (int k = 0; k < 9; ++k) s2 += std::pow(tau[k] + (k % 4 == 0 ? pressure : 0), 2);
+  const double packed = std::max(-(m.alpha0 + std::log(jp)), 0.0);
+  const double p0 = kappa_of(m) * (1e-5 + std::sinh(m.hardening * packed));
+  const double y =
+      1.5 * (1 + 2 * m.cohesion) * s2 + m.slope2 * (pressure + m.cohesion * p0) * (pressure - p0);
+  return y / std::pow(kappa_of(m), 2);
+}
+
+}  // namespace
+
+TEST_CASE("stress, energy and wave speed of clay are the reference's, near a rotation and far from it") {
+  const auto materials = clay_materials();
+  for (const double strain : {0.001, 0.05, 0.4}) {
+    const ParticleColumns columns = clay_particles(2053, 140, strain, 3);
+    const auto particles = reference_particles(columns);
+    on_every_isa([&](const kernels::KernelTable& table) {
+      INFO(table.isa << " strain " << strain);
+      const std::size_t n = columns.size();
+      std::vector<float> tau(6 * n), energy(n);
+      table.mpm.stress(materials.data(), columns.view(), {0, n}, tau.data(), n);
+      table.mpm.elastic_energy(materials.data(), columns.view(), {0, n}, energy.data());
+      Worst stress_error, energy_error, wave_error;
+      constexpr int kSymmetric[6] = {0, 4, 8, 1, 2, 5};
+      for (std::size_t i = 0; i < n; ++i) {
+        const auto& m = materials[particles[i].object];
+        const double j = kernels::reference::determinant(particles[i].F);
+        const double noise = 1 / std::clamp(j * j, 1e-4, 1.0);  // J^(-2/3) of a J with round-off
+        double expected[9];
+        kernels::reference::stress(m, particles[i].F, particles[i].Jp, expected);
+        for (int k = 0; k < 6; ++k) {
+          stress_error.add(std::fabs(tau[k * n + i] - expected[kSymmetric[k]]) / (2 * m.mu + m.lambda) /
+                           noise);
+        }
+        const double psi = kernels::reference::energy(m, particles[i].F, particles[i].Jp);
+        energy_error.add(std::fabs(energy[i] - psi) / (psi + 1e-2 * m.mu) / noise);
+        kernels::BlockSummary summary;
+        table.mpm.summarise(materials.data(), columns.view(), {i, i + 1}, &summary);
+        const double wave2 = kernels::reference::wave_speed2(m, particles[i].F, particles[i].Jp);
+        wave_error.add(std::fabs(summary.wave2 - wave2) / wave2 / noise);
+      }
+      CHECK(stress_error.value() < 5e-6);
+      CHECK(energy_error.value() < 1e-4);
+      CHECK(wave_error.value() < 1e-5);
+    });
+  }
+}
+
+TEST_CASE(
+    "stress of clay is the derivative of its energy, and no uniaxial wave is faster than its wave speed") {
+  const auto m = clay_materials()[0];
+  Worst error;
+  for (const auto& p : reference_particles(clay_particles(101, 141, 0.1, 1))) {
+    double tau[9];
+    kernels::reference::stress(m, p.F, 1, tau);
+    for (int k = 0; k < 9; ++k) {  // d psi = tau : (dF F^-1)
+      double energy[2];
+      for (const int side : {0, 1}) {
+        double f[9];
+        std::copy(p.F, p.F + 9, f);
+        for (int c = 0; c < 3; ++c) f[3 * (k / 3) + c] += (side ? 1e-6 : -1e-6) * p.F[3 * (k % 3) + c];
+        energy[side] = kernels::reference::energy(m, f, 1);
+      }
+      error.add(std::fabs((energy[1] - energy[0]) / 2e-6 - tau[k]) / (2 * m.mu + m.lambda));
+    }
+  }
+  CHECK(error.value() < 1e-7);
+  for (const double s : {0.3, 0.5, 0.8, 0.95, 1.0, 1.2, 2.0}) {
+    const auto piola_at = [&](double stretch) {
+      const double f[9] = {stretch, 0, 0, 0, 1, 0, 0, 0, 1};
+      double tau[9];
+      kernels::reference::stress(m, f, 1, tau);
+      return tau[0] / stretch;
+    };
+    const double slope = (piola_at(s + 1e-6) - piola_at(s - 1e-6)) / 2e-6;
+    const double f[9] = {s, 0, 0, 0, 1, 0, 0, 0, 1};
+    INFO(s);
+    CHECK(s * s * slope * m.inverse_density <= kernels::reference::wave_speed2(m, f, 1) * (1 + 1e-6));
+  }
+}
+
+TEST_CASE("yield of clay is the reference's, also for degenerate and inverted elements") {
+  const auto materials = clay_materials();
+  for (const double strain : {0.003, 0.03, 0.3, 1.5}) {
+    const ParticleColumns original = clay_particles(2053, 142, strain, 4);
+    for (int k = 0; k < 9; ++k) original.view().F[k][5] = 0;                             // rank 0
+    for (int k = 0; k < 9; ++k) original.view().F[k][6] = k < 3 ? 1.f : 0.f;             // rank 1
+    for (int k = 0; k < 9; ++k) original.view().F[k][7] = k == 0 || k == 4 ? 1.f : 0.f;  // rank 2
+    auto particles = reference_particles(original);
+    for (auto& p : particles) kernels::reference::project(materials[p.object], p.F, p.Jp);
+    on_every_isa([&](const kernels::KernelTable& table) {
+      INFO(table.isa << " strain " << strain);
+      const ParticleColumns columns = copy_of(original);
+      table.mpm.project(materials.data(), columns.view(), {0, columns.size()});
+      Worst f_error, jp_error;
+      for (std::size_t i = 0; i < particles.size(); ++i) {
+        const kernels::ParticleView p = columns.view();
+        double s[3], u[9], v[9], before[9];
+        for (int k = 0; k < 9; ++k) before[k] = original.view().F[k][i];
+        kernels::reference::svd(before, u, s, v);
+        for (int k = 0; k < 9; ++k) CHECK(std::isfinite(p.F[k][i]));
+        jp_error.add(std::fabs(p.Jp[i] - particles[i].Jp) / particles[i].Jp * std::min(1.0, std::fabs(s[2])));
+        if (s[1] + s[2] <= 0.05 * s[0]) continue;  // U is not unique
+        for (int k = 0; k < 9; ++k) f_error.add(std::fabs(p.F[k][i] - particles[i].F[k]));
+      }
+      CHECK(f_error.value() < 3e-5);
+      CHECK(jp_error.value() < 1e-5);
+    });
+  }
+}
+
+TEST_CASE("clay yields into the ellipse that it had and gains no energy; what only shears keeps its volume") {
+  const auto materials = clay_materials();
+  Worst outside, gain, volume;
+  int sheared = 0;
+  for (const double strain : {0.003, 0.03, 0.3}) {
+    for (auto p : reference_particles(clay_particles(4001, 143, strain, 3))) {
+      const auto& m = materials[p.object];
+      double u[9], s[3], v[9];
+      kernels::reference::svd(p.F, u, s, v);
+      if (s[2] < 0.1) continue;
+      const double before = kernels::reference::energy(m, p.F, p.Jp), j = s[0] * s[1] * s[2], jp = p.Jp;
+      if (!kernels::reference::project(m, p.F, p.Jp)) continue;
+      outside.add(outside_ellipse(m, p.F, jp));
+      gain.add((kernels::reference::energy(m, p.F, p.Jp) - before) / m.mu);
+      kernels::reference::svd(p.F, u, s, v);
+      if (s[0] - s[2] < 1e-9) continue;  // a tip
+      ++sheared;
+      volume.add(std::fabs(kernels::reference::determinant(p.F) / j - 1));
+    }
+  }
+  CHECK(sheared > 100);
+  CHECK(outside.value() < 1e-12);
+  CHECK(gain.value() < 1e-12);
+  CHECK(volume.value() < 1e-12);
+}
+
+TEST_CASE(
+    "asking first whether clay yields gives the bits of decomposing everything, the same on v3 and v4") {
+  const auto materials = clay_materials();
+  for (const double strain : {1e-5, 1e-4, 1e-3, 1e-2, 0.1}) {
+    const ParticleColumns original = random_particles(10007, 144, strain, 4);
+    Random random(145);
+    for (std::size_t i = 0; i < original.size(); ++i) {
+      const auto press = static_cast<float>(1 + random.in(-0.02, 0.005));
+      for (auto* column : original.view().F) column[i] *= press;
+      original.view().Jp[i] = static_cast<float>(random.in(0.97, 1.01));
+    }
+    const kernels::ParticleRange range{0, original.size()};
+    ParticleColumns of_v3;
+    on_every_isa([&](const kernels::KernelTable& table) {
+      INFO(table.isa << " strain " << strain);
+      ParticleColumns skipping = copy_of(original);
+      const ParticleColumns all = copy_of(original);
+      const int changed = table.mpm.project(materials.data(), skipping.view(), range);
+      CHECK(lane_parts_of(table).project_all(materials.data(), all.view(), range) == changed);
+      CHECK(changed > 1000);
+      int differences = 0, from_v3 = 0;
+      const bool v4 = std::strcmp(table.isa, "x86-64-v4") == 0;
+      for (std::size_t k = 0; k < kColumns; ++k) {
+        differences += std::memcmp(skipping.column(k), all.column(k), range.end * sizeof(float)) != 0;
+        if (v4) from_v3 += std::memcmp(skipping.column(k), of_v3.column(k), range.end * sizeof(float)) != 0;
+      }
+      CHECK(differences == 0);
+      CHECK(from_v3 == 0);
+      if (std::strcmp(table.isa, "x86-64-v3") == 0) of_v3 = std::move(skipping);
+    });
+  }
+}

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT
+// Grains with friction: how steep a pile rests, how far a column runs out, what cohesion holds. Cam-Clay
+// snow: what load it bears.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "src/scene/presets.h"
+#include "tests/catch.h"
+#include "tests/physics/snow.h"
+
+using namespace firn;
+using namespace firn::test;
+
+namespace {
+
+Material sand(double friction_angle = 30) {
+  Material m = find_preset("sand").material;
+  m.friction_angle = friction_angle;
+  return m;
+}
+
+SimulationSetup on_ground(PlacedSnow snow, double dx) {
+  SimulationSetup setup;
+  setup.dx = dx;
+  setup.snow.push_back(std::move(snow));
+  setup.colliders.push_back(plane(Vec3(0, 0.5 * dx, 0), Vec3(0, 1, 0), Contact::sticky, 0));
+  return setup;
+}
+
+// Highest particle in each of `count` rings of `width` about the axis x = z = 0, above `floor`; 0: none.
+std::vector<double> profile(const Simulation& simulation, double width, int count, double floor) {
+  Snapshot s;
+  simulation.snapshot(s);
+  std::vector<double> top(static_cast<std::size_t>(count));
+  for (std::size_t i = 0; i < s.size(); ++i) {
+    const Vec3 x = s.world_position(i);
+    const auto ring = static_cast<std::size_t>(std::hypot(x.x(), x.z()) / width);
+    if (ring < top.size()) top[ring] = std::max(top[ring], x.y() - floor);
+  }
+  return top;
+}
+
+// Degrees, of the line that fits the profile best between a fifth and four fifths of its height.
+double slope(const std::vector<double>& top, double width) {
+  double n = 0, r = 0, h = 0, rr = 0, rh = 0;
+  for (std::size_t i = 0; i < top.size(); ++i) {
+    if (top[i] < 0.2 * top[0] || top[i] > 0.8 * top[0]) continue;
+    const double at = (static_cast<double>(i) + 0.5) * width;
+    n += 1;
+    r += at;
+    h += top[i];
+    rr += at * at;
+    rh += at * top[i];
+  }
+  return std::atan((r * h - n * rh) / (n * rr - r * r)) * (180 / M_PI);
+}
+
+}  // namespace
+
+TEST_CASE("a cone of sand that is too steep slides to about its angle of friction, a flatter one stays",
+          "[physics]") {
+  constexpr double kDx = 0.0125, kRadius = 0.15;
+  for (const double friction_angle : {25.0, 32.0}) {
+    for (const double start : {friction_angle + 8, friction_angle - 5}) {
+      const double height = kRadius * std::tan(start * (M_PI / 180));
+      const auto inside = [&](const Vec3& x) {
+        return std::hypot(x.x(), x.z()) < kRadius * (1 - (x.y() - 0.5 * kDx) / height);
+      };
+      Simulation simulation(best_kernels(), on_ground(fill(Vec3(-kRadius, 0.5 * kDx, -kRadius),
+                                                           Vec3(kRadius, height + 0.5 * kDx, kRadius), kDx, 2,
+                                                           sand(friction_angle), inside),
+                                                      kDx));
+      simulation.advance_to(0.8, kNeverStop);
+      const double found = slope(profile(simulation, kDx, 40, 0.5 * kDx), kDx);
+      INFO("friction angle " << friction_angle << ", from " << start << " to " << found);
+      CHECK(found > friction_angle - 6);
+      CHECK(found < friction_angle + 2);
+    }
+  }
+}
+
+TEST_CASE("a round column of sand as high as its radius runs out by 1.24 times that", "[physics]") {
+  constexpr double kDx = 0.01, kRadius = 0.1;
+  Simulation simulation(
+      best_kernels(),
+      on_ground(fill(Vec3(-kRadius, 0.5 * kDx, -kRadius), Vec3(kRadius, kRadius + 0.5 * kDx, kRadius), kDx, 2,
+                     sand(), [&](const Vec3& x) { return std::hypot(x.x(), x.z()) < kRadius; }),
+                kDx));
+  simulation.advance_to(6 * std::sqrt(kRadius / 9.81), kNeverStop);
+  const std::vector<double> top = profile(simulation, kDx / 4, 200, 0.5 * kDx);
+  // The edge: the last ring before three empty ones.
+  std::size_t edge = 0;
+  while (edge + 3 < top.size() && (top[edge] > 0 || top[edge + 1] > 0 || top[edge + 2] > 0)) ++edge;
+  const double run_out = (static_cast<double>(edge) * kDx / 4 - kRadius) / kRadius;
+  CHECK(run_out == Approx(1.24).epsilon(0.2));  // Lube et al. 2004
+}
+
+TEST_CASE("cohesion holds up a cube that collapses without it", "[physics]") {
+  constexpr double kDx = 0.0125, kSide = 0.1;
+  double height[2];
+  for (const int cohesive : {0, 1}) {
+    Material m = sand();
+    m.cohesion = cohesive * 5e-3;
+    Simulation simulation(
+        best_kernels(),
+        on_ground(fill(Vec3(0, 0.5 * kDx, 0), Vec3(kSide, kSide + 0.5 * kDx, kSide), kDx, 2, m), kDx));
+    simulation.advance_to(0.6, kNeverStop);
+    height[cohesive] = simulation.metrics().bounds.max.y() - 0.5 * kDx;
+  }
+  CHECK(height[0] < 0.75 * kSide);
+  CHECK(height[1] > 0.9 * kSide);
+}
+
+TEST_CASE("Cam-Clay snow bears a load below its strength and is packed by one above it", "[physics]") {
+  constexpr double kDx = 0.02, kHeight = 0.4, kSide = 4 * kDx;
+  for (const double strength : {1e4, 50.0}) {  // Pa; the weight is 1180 Pa at the foot
+    Material m;
+    m.model = MaterialModel::cam_clay;
+    m.density = 300;
+    m.young_modulus = 2e5;
+    m.compressive_strength = strength;
+    m.hardening = 0.1;
+    SimulationSetup setup =
+        on_ground(fill(Vec3(0.5, 0.5, 0.5) * kDx,
+                       Vec3(0.5 * kDx + kSide, 0.5 * kDx + kHeight, 0.5 * kDx + kSide), kDx, 2, m),
+                  kDx);
+    for (const int axis : {0, 2}) {  // between rollers
+      Vec3 low = Vec3::Zero(), high = Vec3::Zero(), normal = Vec3::Zero();
+      normal[axis] = 1;
+      low[axis] = 0.5 * kDx;
+      high[axis] = 0.5 * kDx + kSide;
+      setup.colliders.push_back(plane(low, normal, Contact::slip, 0));
+      setup.colliders.push_back(plane(high, -normal, Contact::slip, 0));
+    }
+    Simulation simulation(best_kernels(), setup);
+    const Metrics before = simulation.metrics();
+    simulation.advance_to(0.6, kNeverStop);
+    const Metrics after = simulation.metrics();
+    const double sag = (before.bounds.max.y() - after.bounds.max.y()) / kHeight;
+    INFO("strength " << strength << ", sag " << sag << ", volume " << after.volume / before.volume);
+    CHECK((strength > 1e3 ? sag < 0.01 : sag > 0.03));
+    CHECK(after.volume / before.volume == Approx(1 - sag).margin(0.02));
+  }
+}
+
+TEST_CASE("a cube of strong Cam-Clay snow stands by itself, one without strength falls apart", "[physics]") {
+  constexpr double kDx = 0.0125, kSide = 0.1;
+  double height[2];
+  for (const int strong : {0, 1}) {
+    Material m;
+    m.model = MaterialModel::cam_clay;
+    m.density = 300;
+    m.compressive_strength = strong ? 5e3 : 5;
+    m.hardening = 1;
+    Simulation simulation(
+        best_kernels(),
+        on_ground(fill(Vec3(0, 0.5 * kDx, 0), Vec3(kSide, kSide + 0.5 * kDx, kSide), kDx, 2, m), kDx));
+    simulation.advance_to(0.6, kNeverStop);
+    height[strong] = simulation.metrics().bounds.max.y() - 0.5 * kDx;
+  }
+  CHECK(height[0] < 0.8 * kSide);
+  CHECK(height[1] > 0.95 * kSide);
+}
+
+TEST_CASE("every preset survives a fall onto the ground and a blow by its like", "[physics]") {
+  constexpr double kDx = 0.02;
+  for (const Preset& preset : presets()) {
+    INFO(preset.name);
+    SimulationSetup setup;
+    setup.dx = kDx;
+    setup.snow.push_back(ball(Vec3(0, 0.15, 0), 0.1, kDx, preset.material, Vec3(0, -3, 0)));
+    setup.snow.push_back(ball(Vec3(0.02, 0.4, 0), 0.1, kDx, preset.material, Vec3(0, -6, 0)));
+    setup.colliders.push_back(plane(Vec3(0, 0, 0), Vec3(0, 1, 0), Contact::separating, 0.4));
+    Simulation simulation(best_kernels(), setup);
+    const Metrics before = simulation.metrics();
+    CHECK_NOTHROW(simulation.advance_to(0.25, kNeverStop));
+    const Metrics after = simulation.metrics();
+    CHECK(after.mass == Approx(before.mass).epsilon(1e-6));
+    CHECK(after.kinetic_energy + after.elastic_energy + after.potential_energy <
+          before.kinetic_energy + before.elastic_energy + before.potential_energy);
+  }
+}
