@@ -25,6 +25,8 @@ kernels::ContactKind contact_kind(Contact contact) {
 bool fill_contact(const Collider& collider, const BlockCoord& block, double dx, kernels::ContactNodes& out) {
   out.kind = contact_kind(collider.contact);
   out.friction = static_cast<float>(collider.friction);
+  out.static_friction = static_cast<float>(collider.static_friction.value_or(collider.friction));
+  out.moving = 0;
   bool touches = false;
   for (int n = 0; n < kernels::kBlockNodes; ++n) {
     const Vec3 node(n / 16 - 0.5, n / 4 % 4 - 0.5, n % 4 - 0.5);  // node n lies at n - 1/2 cells

@@ -27,7 +27,8 @@ struct Collider {
   std::string name;
   Shape shape;
   Contact contact = Contact::separating;
-  double friction = 0.3;  // Coulomb coefficient, for `separating` and `slip`
+  double friction = 0.3;                  // Coulomb coefficient of what slides, for `separating` and `slip`
+  std::optional<double> static_friction;  // of what stands, >= friction; empty: the same
 };
 
 // The particles of one snow object as they are placed, world space. One entry a particle in each column.

@@ -108,12 +108,12 @@ void check_overlaps(const SceneConfig& scene, const SimulationSetup& setup,
 void place_colliders(const SceneConfig& scene, SimulationSetup& setup) {
   if (scene.ground) {
     setup.colliders.push_back({"ground", plane_shape(Vec3(0, scene.ground->height, 0), Vec3::UnitY()),
-                               scene.ground->contact, scene.ground->friction});
+                               scene.ground->contact, scene.ground->friction, scene.ground->static_friction});
   }
   for (std::size_t i = 0; i < scene.colliders.size(); ++i) {
     const ColliderConfig& c = scene.colliders[i];
     const Shape shape = place_shape(scene, "collider[" + std::to_string(i) + "]", c.shape, ShapeUse::solid);
-    setup.colliders.push_back({c.name, shape, c.contact, c.friction});
+    setup.colliders.push_back({c.name, shape, c.contact, c.friction, c.static_friction});
   }
 }
 

@@ -54,6 +54,7 @@ struct ColliderConfig {
   ShapeConfig shape;
   Contact contact = Contact::separating;
   double friction = 0.3;
+  std::optional<double> static_friction;
   std::string surface;  // name of a [[surface]]; empty: the default
   bool visible = true;
 };
@@ -67,6 +68,7 @@ struct GroundConfig {  // [ground]: a plane, felt and seen
   double height = 0;   // m
   Contact contact = Contact::separating;
   double friction = 0.5;
+  std::optional<double> static_friction;
   std::string surface;
 };
 

@@ -146,6 +146,16 @@ TableSpec snow_table() {
   return t.take();
 }
 
+template <class Record>
+void add_friction_keys(TableBuilder<Record>& t) {
+  t.key("friction", &Record::friction,
+        {.range = at_least(0), .meaning = "Coulomb coefficient of snow that slides"});
+  t.key("static_friction", &Record::static_friction,
+        {.range = at_least(0),
+         .absent = "as friction",
+         .meaning = "Coulomb coefficient of snow that stands, not below friction"});
+}
+
 TableSpec ground_table() {
   using G = GroundConfig;
   TableBuilder<G> t({"ground",
@@ -157,7 +167,7 @@ TableSpec ground_table() {
                     [](SceneConfig& s, std::size_t) -> G& { return *s.ground; });
   t.key("height", &G::height, {.unit = "m", .meaning = "y of the plane"});
   t.key("contact", &G::contact, {.choices = kContacts, .meaning = kContactMeaning});
-  t.key("friction", &G::friction, {.range = at_least(0), .meaning = "Coulomb coefficient"});
+  add_friction_keys(t);
   t.key("surface", &G::surface, {.absent = "plain grey", .meaning = "name of a [[surface]]"});
   return t.take();
 }
@@ -169,7 +179,7 @@ TableSpec collider_table() {
   add_shape_keys(t, {"ball", "box", "cylinder", "plane", "height_field", "mesh"});
   add_plane_keys(t);
   t.key("contact", &C::contact, {.choices = kContacts, .meaning = kContactMeaning});
-  t.key("friction", &C::friction, {.range = at_least(0), .meaning = "Coulomb coefficient"});
+  add_friction_keys(t);
   t.key("surface", &C::surface, {.absent = "plain grey", .meaning = "name of a [[surface]]"});
   t.key("visible", &C::visible, {.meaning = "false: felt but not seen"});
   return t.take();

@@ -77,6 +77,13 @@ struct Checker {
     }
   }
 
+  template <class Solid>
+  void friction(const std::string& table, const Solid& solid) const {
+    if (!solid.static_friction || *solid.static_friction >= solid.friction) return;
+    refuse(table, "static_friction",
+           "'static_friction' is below 'friction': what stands holds at least as well as what slides");
+  }
+
   void surface_name(const std::string& table, const std::string& name) const {
     std::vector<std::string> names;
     for (const Surface& surface : scene.surfaces) names.push_back(surface.name);
@@ -149,13 +156,17 @@ struct Checker {
     });
     each("collider", scene.colliders, [&](const std::string& table, const ColliderConfig& collider) {
       shape(table, collider.shape);
+      friction(table, collider);
       surface_name(table, collider.surface);
     });
     each("object", scene.objects, [&](const std::string& table, const ObjectConfig& object) {
       shape(table, object.shape);
       surface_name(table, object.surface);
     });
-    if (scene.ground) surface_name("ground", scene.ground->surface);
+    if (scene.ground) {
+      surface_name("ground", scene.ground->surface);
+      friction("ground", *scene.ground);
+    }
     each("light", scene.lights, [&](const std::string& table, const LightConfig& l) { light(table, l); });
   }
 };
