@@ -42,12 +42,13 @@ std::shared_ptr<const TriangleMesh> octahedron() {
 }
 
 std::vector<Shape> shapes() {
-  std::vector<Shape> all(5);
+  std::vector<Shape> all(6);
   all[0].form = Ball{0.7};
   all[1].form = Box{Vec3(0.5, 0.3, 0.8)};
   all[2].form = Cylinder{0.5, 0.6};
   all[3].form = HalfSpace{};
   all[4].form = Mesh{octahedron()};
+  all[5].form = Capsule{0.5, 0.4};
   for (Shape& shape : all) shape.pose = {some_rotation(), Vec3(0.2, -0.1, 0.15)};
   return all;
 }
