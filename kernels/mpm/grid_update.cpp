@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Grid nodes of one block: momentum -> velocity, gravity, then contact with colliders (Stomakhin et al. 2013,
-// section 8: the relative velocity loses its normal part, and of its tangential part as much as Coulomb
-// friction takes).
+// section 8: the velocity relative to the collider loses its normal part, and of its tangential part as much
+// as Coulomb friction takes; all of it where static friction can hold it).
 #include "kernels/mpm/table.h"
 #include "kernels/simd/mat3.h"
 
@@ -14,16 +14,27 @@ struct NodeVelocities {
   alignas(64) float x[kBlockNodes], y[kBlockNodes], z[kBlockNodes];
 };
 
-FIRN_INLINE Vec3 after_contact(const Vec3& v, const Vec3& normal, ContactKind kind, float friction) {
+// v: relative to the collider.
+FIRN_INLINE Vec3 after_contact(const ContactNodes& c, const Vec3& v, const Vec3& normal) {
   const Floats zero = splat(0.f);
-  if (kind == kSticky) return {zero, zero, zero};
+  if (c.kind == kSticky) return {zero, zero, zero};
   const Floats v_n = dot(v, normal);
   const Vec3 tangential = add_scaled(v, normal, -v_n);
   const Floats speed = sqrt(dot(tangential, tangential));
-  const Floats taken = splat(friction) * (kind == kSlip ? abs(v_n) : max(-v_n, zero));
-  const Floats kept = max(speed - taken, zero) / max(speed, splat(1e-30f));
-  const Vec3 slid = tangential * kept;
-  return kind == kSlip ? slid : select(less(v_n, zero), slid, v);
+  const Floats pressed = c.kind == kSlip ? abs(v_n) : max(-v_n, zero);
+  const Mask held = less_equal(speed, splat(c.static_friction) * pressed);
+  const Floats left = max(speed - splat(c.friction) * pressed, zero) / max(speed, splat(1e-30f));
+  const Vec3 slid = tangential * select(held, zero, left);
+  return c.kind == kSlip ? slid : select(less(v_n, zero), slid, v);
+}
+
+// The collider's velocity at nodes i, i + 1, ...
+FIRN_INLINE Vec3 collider_velocity(const ContactNodes& c, int i) {
+  const Ints node = lane_numbers() + i;
+  const Vec3 offset{to_float(node >> 4), to_float(node >> 2 & 3), to_float(node & 3)};
+  const Vec3 turn{splat(c.turn[0]), splat(c.turn[1]), splat(c.turn[2])};
+  const Vec3 velocity{splat(c.velocity[0]), splat(c.velocity[1]), splat(c.velocity[2])};
+  return velocity + cross(turn, offset);
 }
 
 FIRN_INLINE void apply_contact(const ContactNodes& c, NodeVelocities& v) {
@@ -32,7 +43,14 @@ FIRN_INLINE void apply_contact(const ContactNodes& c, NodeVelocities& v) {
     if (!any(touching)) continue;
     const Vec3 before{load(v.x + i), load(v.y + i), load(v.z + i)};
     const Vec3 normal{load(c.normal[0] + i), load(c.normal[1] + i), load(c.normal[2] + i)};
-    const Vec3 after = select(touching, after_contact(before, normal, c.kind, c.friction), before);
+    Vec3 after;
+    if (c.moving) {
+      const Vec3 its = collider_velocity(c, i);
+      after = after_contact(c, before - its, normal) + its;
+    } else {
+      after = after_contact(c, before, normal);
+    }
+    after = select(touching, after, before);
     store(v.x + i, after.x);
     store(v.y + i, after.y);
     store(v.z + i, after.z);

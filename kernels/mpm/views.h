@@ -73,12 +73,17 @@ inline constexpr float kTouchingCells = 1e-5f;
 
 enum ContactKind : std::int32_t { kSticky, kSlip, kSeparating };
 
-// What one collider is at the 64 nodes of one block.
+// What one collider is at the 64 nodes of one block. It is rigid, so its velocity is that at the block's
+// first node plus turn x (offset from that node).
 struct ContactNodes {
   float distance[kBlockNodes];   // cells, negative inside
   float normal[3][kBlockNodes];  // outward
   ContactKind kind;
-  float friction;
+  float friction;         // Coulomb coefficient of what slides
+  float static_friction;  // of what stands, >= friction
+  std::int32_t moving;    // 0: `velocity` and `turn` have no meaning
+  float velocity[3];      // m/s
+  float turn[3];          // m/s a cell: the angular velocity times dx
 };
 
 // What G2P saw in one block: maxima (their order does not matter) that choose dt, and what must not be

@@ -42,7 +42,8 @@ void for_each_node(const Stencil& s, Visit&& visit) {
   }
 }
 
-void touch(const ContactNodes& c, int n, double v[3]) {
+// v: relative to the collider.
+void slow_down(const ContactNodes& c, int n, double v[3]) {
   if (c.kind == kSticky) {
     v[0] = v[1] = v[2] = 0;
     return;
@@ -56,8 +57,23 @@ void touch(const ContactNodes& c, int n, double v[3]) {
     speed += t[axis] * t[axis];
   }
   speed = std::sqrt(speed);
+  const bool held = speed <= c.static_friction * std::fabs(v_n);
   const double taken = c.friction * std::fabs(v_n);  // Coulomb: mu |v_n|
-  for (int axis = 0; axis < 3; ++axis) v[axis] = speed <= taken ? 0 : t[axis] * (1 - taken / speed);
+  for (int axis = 0; axis < 3; ++axis) v[axis] = held ? 0 : t[axis] * (1 - taken / speed);
+}
+
+void touch(const ContactNodes& c, int n, double v[3]) {
+  double its[3] = {0, 0, 0};
+  if (c.moving) {
+    const double offset[3] = {double(n / 16), double(n / 4 % 4), double(n % 4)};
+    for (int axis = 0; axis < 3; ++axis) {
+      const int y = (axis + 1) % 3, z = (axis + 2) % 3;
+      its[axis] = c.velocity[axis] + double(c.turn[y]) * offset[z] - double(c.turn[z]) * offset[y];
+    }
+  }
+  for (int axis = 0; axis < 3; ++axis) v[axis] -= its[axis];
+  slow_down(c, n, v);
+  for (int axis = 0; axis < 3; ++axis) v[axis] += its[axis];
 }
 
 }  // namespace

@@ -16,6 +16,8 @@ struct Sym3 {
 };
 
 FIRN_INLINE Vec3 operator*(Vec3 a, Floats s) { return {a.x * s, a.y * s, a.z * s}; }
+FIRN_INLINE Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+FIRN_INLINE Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 FIRN_INLINE Floats dot(const Vec3& a, const Vec3& b) { return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z)); }
 FIRN_INLINE Vec3 cross(const Vec3& a, const Vec3& b) {
   return {fma(a.y, b.z, -(a.z * b.y)), fma(a.z, b.x, -(a.x * b.z)), fma(a.x, b.y, -(a.y * b.x))};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Signed distances, bounds and volumes of every form. Each form answers in its own local frame; the pose
-// carries the answer into the world. Formulas: Quilez, "Distance functions" (ball, box, cylinder); the others
-// in mesh and height_field.
+// carries the answer into the world. Formulas: Quilez, "Distance functions" (ball, box, cylinder, capsule);
+// the others in mesh and height_field.
 #include "src/geometry/shape.h"
 
 #include <algorithm>
@@ -43,6 +43,11 @@ SurfacePoint local_surface(const Cylinder& cylinder, const Vec3& p) {
   return dr > dy ? SurfacePoint{dr, radial} : SurfacePoint{dy, axial};
 }
 
+SurfacePoint local_surface(const Capsule& capsule, const Vec3& p) {
+  const Vec3 axis(0, std::clamp(p.y(), -capsule.half_length, capsule.half_length), 0);
+  return local_surface(Ball{capsule.radius}, p - axis);
+}
+
 SurfacePoint local_surface(const HalfSpace&, const Vec3& p) { return {p.y(), Vec3::UnitY()}; }
 
 // The largest of the distances to the surface (to first order), to the base and to the four sides.
@@ -73,6 +78,9 @@ Bounds symmetric(const Vec3& half) { return {-half, half}; }
 Bounds local_bounds(const Ball& ball) { return symmetric(Vec3::Constant(ball.radius)); }
 Bounds local_bounds(const Box& box) { return symmetric(box.half_size); }
 Bounds local_bounds(const Cylinder& c) { return symmetric(Vec3(c.radius, c.half_height, c.radius)); }
+Bounds local_bounds(const Capsule& c) {
+  return symmetric(Vec3(c.radius, c.half_length + c.radius, c.radius));
+}
 Bounds local_bounds(const HalfSpace&) { return {Vec3::Constant(-1e300), Vec3::Constant(1e300)}; }
 Bounds local_bounds(const HeightField& field) {
   const Vec3 half(0.5 * field.raster->width(), 0, 0.5 * field.raster->depth());
@@ -85,6 +93,9 @@ std::optional<double> local_volume(const Ball& ball) { return 4.0 / 3.0 * kPi * 
 std::optional<double> local_volume(const Box& box) { return 8 * box.half_size.prod(); }
 std::optional<double> local_volume(const Cylinder& c) {
   return 2 * kPi * c.radius * c.radius * c.half_height;
+}
+std::optional<double> local_volume(const Capsule& c) {
+  return *local_volume(Ball{c.radius}) + *local_volume(Cylinder{c.radius, c.half_length});
 }
 std::optional<double> local_volume(const HalfSpace&) { return std::nullopt; }
 std::optional<double> local_volume(const HeightField& field) {

@@ -24,6 +24,10 @@ struct Cylinder {
   double radius = 0;       // m
   double half_height = 0;  // m, along local +-Y, centred on the local origin
 };
+struct Capsule {
+  double radius = 0;       // m
+  double half_length = 0;  // m, from the local origin to either end of its axis, along local +-Y
+};
 struct HalfSpace {};  // solid for local y <= 0; its boundary is an unbounded plane
 struct HeightField {
   std::shared_ptr<const HeightRaster>
@@ -42,7 +46,7 @@ struct Pose {
 };
 
 struct Shape {
-  std::variant<Ball, Box, Cylinder, HalfSpace, HeightField, Mesh> form;
+  std::variant<Ball, Box, Cylinder, Capsule, HalfSpace, HeightField, Mesh> form;
   Pose pose;
 };
 
@@ -54,8 +58,8 @@ struct SurfacePoint {
 };
 SurfacePoint closest_surface(const Shape& shape, const Vec3& world);
 
-// Negative inside. Exact for ball, box, cylinder, half space, mesh; for a height field the vertical distance
-// scaled to first order by the slope, exact in sign.
+// Negative inside. Exact for ball, box, cylinder, capsule, half space, mesh; for a height field the vertical
+// distance scaled to first order by the slope, exact in sign.
 double signed_distance(const Shape& shape, const Vec3& world);
 
 // World bounds; for a HalfSpace, everything (min -inf, max +inf as +-1e300).

@@ -52,7 +52,7 @@ void BlockGrid::find_blocks(const ParticleBlocks& occupied) {
   });
 }
 
-// Blocks that were there before keep their contacts: colliders do not move.
+// Blocks that were there before keep their contacts: these colliders stand.
 void BlockGrid::find_contacts(const std::vector<Collider>& colliders, double dx) {
   std::vector<std::vector<kernels::ContactNodes>> old = std::exchange(contacts_, {});
   contacts_.resize(key_.size());

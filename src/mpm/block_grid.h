@@ -26,6 +26,8 @@ class BlockGrid {
 
   float* tile(std::size_t particle_block) { return tiles_.data() + particle_block * kernels::kTileStride; }
   float* nodes(std::size_t block) { return nodes_.data() + block * kernels::kBlockFloats; }
+  const BlockCoord& coord(std::size_t block) const { return coord_[block]; }
+  // With the colliders that stand.
   const std::vector<kernels::ContactNodes>& contacts(std::size_t block) const { return contacts_[block]; }
 
   // Particle blocks around a grid block (kNone where no particles are), and the grid block at the place of a

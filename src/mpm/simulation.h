@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "src/core/vector.h"
+#include "src/geometry/keyframes.h"
 #include "src/geometry/shape.h"
 #include "src/mpm/material.h"
 #include "src/particles/snapshot.h"
@@ -27,7 +28,9 @@ struct Collider {
   std::string name;
   Shape shape;
   Contact contact = Contact::separating;
-  double friction = 0.3;  // Coulomb coefficient, for `separating` and `slip`
+  double friction = 0.3;                  // Coulomb coefficient of what slides, for `separating` and `slip`
+  std::optional<double> static_friction;  // of what stands, >= friction; empty: the same
+  Motion motion;                          // of `shape`, by the simulation's time
 };
 
 // The particles of one snow object as they are placed, world space. One entry a particle in each column.

@@ -7,16 +7,25 @@
 #include <cstdio>
 
 #include "src/core/error.h"
+#include "src/mpm/colliders.h"
 #include "src/mpm/state.h"
 
 namespace firn {
 
 namespace {
 
-double allowed_speed(const EnergyBudget& budget, const Vec3& gravity, double bottom) {
-  const double fall = 2 * gravity.norm() * std::max(0.0, budget.top - bottom);
+// Colliders may have lifted the snow by the way they went, and thrown it at twice their speed.
+double allowed_speed(const Simulation::State& state) {
+  const EnergyBudget& budget = state.budget;
+  double lift = 0, throw_speed = 0;
+  for (const Collider& c : state.setup.colliders) {
+    if (c.motion.empty()) continue;
+    lift += way_where_snow_is(c, state.reach, 0, state.time);
+    throw_speed = std::max(throw_speed, 2 * speed_where_snow_is(c, state.reach, 0, state.time));
+  }
+  const double fall = 2 * state.setup.gravity.norm() * std::max(0.0, budget.top + lift - state.bottom);
   return 2 * std::sqrt(budget.start_speed * budget.start_speed + budget.elastic_speed * budget.elastic_speed +
-                       fall);
+                       throw_speed * throw_speed + fall);
 }
 
 struct Culprit {
@@ -55,7 +64,7 @@ std::string likely_cause(const Simulation::State& state, double dt) {
 
 void Simulation::State::check_stability(double dt) const {
   const double speed = std::sqrt(summary.speed2);
-  const double allowed = setup.check_energy_bound ? allowed_speed(budget, setup.gravity, bottom) : HUGE_VAL;
+  const double allowed = setup.check_energy_bound ? allowed_speed(*this) : HUGE_VAL;
   const double cells = speed * dt / setup.dx;
   char trouble[160];
   if (summary.not_finite) {

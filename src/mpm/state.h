@@ -8,6 +8,7 @@
 
 #include "kernels/table.h"
 #include "src/mpm/block_grid.h"
+#include "src/mpm/colliders.h"
 #include "src/mpm/simulation.h"
 #include "src/mpm/sleep.h"
 #include "src/particles/blocks.h"
@@ -47,8 +48,10 @@ struct Simulation::State {
   std::size_t left = 0;             // particles gone
   kernels::BlockSummary summary{};  // of all blocks, after the last step
   TimeStep last_step;
-  double last_stable_dt = 0;  // s, before the last step
-  double bottom = 0;          // m, below every particle until the next sort, against gravity
+  double last_stable_dt = 0;           // s, before the last step
+  double bottom = 0;                   // m, below every particle until the next sort, against gravity
+  Bounds reach;                        // m, around every particle until the next sort
+  std::vector<MovingCollider> moving;  // during the step
   std::function<void(const char* stage)> after_stage;  // for benches, which time the stages; else empty
 
   // step.cpp
@@ -56,6 +59,7 @@ struct Simulation::State {
   kernels::StepParams step_params(double dt) const;
   void sort();
   void rebuild_grid();
+  void wake_beside_colliders();
   void particles_to_grid(const kernels::StepParams& params);
   void update_grid(const kernels::StepParams& params);
   void grid_to_particles(const kernels::StepParams& params);

@@ -6,7 +6,7 @@
 //   grid update tiles -> sums of nodes -> velocity, gravity, contact
 //   G2P         nodes -> v C, then x F Jp, and the maxima that choose the next dt
 //
-// Blocks that sleep (sleep.h) are left out.
+// Blocks that sleep (sleep.h) are left out; colliders that move wake them.
 //
 // Each stage is one parallel loop over blocks in which every block writes only its own memory: no atomics, no
 // colours, and the same bits for any number of threads.
@@ -70,12 +70,33 @@ void Simulation::State::rebuild_grid() {
   active.forget();
   find_active();
   bottom = budget.top;
+  reach = {};
   for (const BlockCoord& block : blocks.coord) {
     for (int corner = 0; corner < 8; ++corner) {  // of the block and its margin
       const Vec3 cells(corner & 1 ? 5 : -1, corner & 2 ? 5 : -1, corner & 4 ? 5 : -1);
-      bottom = std::min(bottom, height_against(setup.gravity, world_in_block(block, cells, setup.dx)));
+      const Vec3 x = world_in_block(block, cells, setup.dx);
+      bottom = std::min(bottom, height_against(setup.gravity, x));
+      reach.include(x);
     }
   }
+}
+
+// Blocks that sleep, or are about to, beside a collider that moves.
+void Simulation::State::wake_beside_colliders() {
+  std::vector<char> touched(blocks.size());
+  for (const MovingCollider& collider : moving) {
+    if (collider.velocity.is_zero()) continue;
+    parallel_for(blocks.size(), 256, [&](std::size_t b) {
+      touched[b] |= blocks.calm[b] > 0 && touched_by(collider, blocks.coord[b], setup.dx);
+    });
+  }
+  bool woken = false;
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    if (!touched[b]) continue;
+    woken = woken || blocks.calm[b] >= rest.time;
+    blocks.calm[b] = 0;
+  }
+  if (woken) find_active();
 }
 
 void Simulation::State::particles_to_grid(const kernels::StepParams& params) {
@@ -95,8 +116,11 @@ void Simulation::State::update_grid(const kernels::StepParams& params) {
     const float* tiles[kernels::kNeighbours];
     grid.tiles_around(g, scatters, tiles);
     kernels.mpm.reduce_tiles(tiles, grid.nodes(g));
-    const auto& contacts = grid.contacts(g);
-    kernels.mpm.grid_update(params, contacts.data(), static_cast<int>(contacts.size()), grid.nodes(g));
+    const auto& standing = grid.contacts(g);
+    auto contacts = contacts_of_block(moving, grid.coord(g), setup.dx);
+    if (!contacts.empty()) contacts.insert(contacts.begin(), standing.begin(), standing.end());
+    const auto& all = contacts.empty() ? standing : contacts;
+    kernels.mpm.grid_update(params, all.data(), static_cast<int>(all.size()), grid.nodes(g));
   });
 }
 
@@ -164,6 +188,8 @@ void Simulation::State::step(double dt) {
     if (after_stage) after_stage(stage);
   };
   if (summary.strayed) sort();
+  moving = moving_colliders(setup.colliders, time, time + dt);
+  if (!moving.empty()) wake_beside_colliders();
   done("sort");
   particles_to_grid(params);
   done("p2g");

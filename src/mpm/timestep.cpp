@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The longest stable step from what G2P saw: the stiffest particle's elastic wave, the fastest particle, the
-// strongest velocity gradient. Hardening is exponential (packed snow is up to 7 times as fast as fresh), so
-// it is asked anew before every step.
+// strongest velocity gradient; and from the colliders that will move in it. Hardening is exponential (packed
+// snow is up to 7 times as fast as fresh), so it is asked anew before every step.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
+#include "src/mpm/colliders.h"
 #include "src/mpm/state.h"
 
 namespace firn {
@@ -16,6 +17,7 @@ namespace {
 // accelerations within the step need some of it), and F may change by this factor.
 constexpr double kSpeedCourant = 0.4;
 constexpr double kRateCourant = 0.5;
+constexpr double kColliderCourant = 0.25;  // the part of a cell that a collider may cross
 
 const char* snow_state(const Simulation::State& state, double wave_speed) {
   double fresh = 0;
@@ -60,6 +62,11 @@ TimeStep stable_limit(const Simulation::State& state) {
   consider(kElasticCourant * dx / wave, "elastic wave (%s%.3g m/s)", snow_state(state, wave), wave);
   consider(kSpeedCourant * dx / speed, "particle speed (%.3g m/s)", speed);
   consider(kRateCourant / rate, "velocity gradient (%.3g 1/s)", rate);
+  for (const Collider& collider : state.setup.colliders) {
+    if (collider.motion.empty()) continue;
+    const double v = speed_where_snow_is(collider, state.reach, state.time, state.time + limit.dt);
+    consider(kColliderCourant * dx / v, "collider speed (%s, %.3g m/s)", collider.name.c_str(), v);
+  }
   return limit;
 }
 

@@ -15,7 +15,7 @@ ObjectSet::ObjectSet(std::vector<Object> objects, std::vector<Surface> surfaces)
     : objects_(std::move(objects)),
       surfaces_(std::move(surfaces)),
       triangles_(objects_.size()),
-      translation_(objects_.size(), Vec3::Zero()) {
+      pose_(objects_.size()) {
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     if (objects_[i].surface < 0 || objects_[i].surface >= static_cast<int>(surfaces_.size())) {
       throw Error(ExitCode::usage, "object " + std::to_string(i), "its surface does not exist");
@@ -26,9 +26,10 @@ ObjectSet::ObjectSet(std::vector<Object> objects, std::vector<Surface> surfaces)
   }
 }
 
-void ObjectSet::place(const Vec3& origin) {
+void ObjectSet::place(const Vec3& origin, double time) {
   for (std::size_t i = 0; i < objects_.size(); ++i) {
-    translation_[i] = objects_[i].shape.pose.translation - origin;
+    pose_[i] = objects_[i].motion.pose(objects_[i].shape.pose, time);
+    pose_[i].translation -= origin;
   }
 }
 
@@ -40,6 +41,8 @@ double ObjectSet::intersect(std::size_t object, const Vec3& o, const Vec3& d, do
   if (const auto* box = std::get_if<Box>(&form)) return firn::intersect(*box, o, d, limit, normal);
   if (const auto* cylinder = std::get_if<Cylinder>(&form))
     return firn::intersect(*cylinder, o, d, limit, normal);
+  if (const auto* capsule = std::get_if<Capsule>(&form))
+    return firn::intersect(*capsule, o, d, limit, normal);
   return firn::intersect(std::get<HalfSpace>(form), o, d, limit, normal);
 }
 
@@ -59,8 +62,8 @@ ObjectHit ObjectSet::closest(const Vec3f& o, const Vec3f& d, float reach) const 
   double limit = reach;
   Vec3 normal, best_normal, best_local;
   for (std::size_t i = 0; i < objects_.size(); ++i) {
-    const Mat3& rotation = objects_[i].shape.pose.rotation;
-    const Vec3 local_o = rotation.transpose() * (o.cast<double>() - translation_[i]);
+    const Mat3& rotation = pose_[i].rotation;
+    const Vec3 local_o = rotation.transpose() * (o.cast<double>() - pose_[i].translation);
     const Vec3 local_d = rotation.transpose() * d.cast<double>();
     const double t = intersect(i, local_o, local_d, limit, normal);
     if (!(t < limit)) continue;
@@ -71,7 +74,7 @@ ObjectHit ObjectSet::closest(const Vec3f& o, const Vec3f& d, float reach) const 
   }
   if (hit.object < 0) return hit;
   hit.t = static_cast<float>(limit);
-  hit.normal = (objects_[hit.object].shape.pose.rotation * best_normal).cast<float>();
+  hit.normal = (pose_[hit.object].rotation * best_normal).cast<float>();
   hit.albedo = albedo_at(hit.object, best_local, best_normal);
   return hit;
 }
@@ -79,8 +82,8 @@ ObjectHit ObjectSet::closest(const Vec3f& o, const Vec3f& d, float reach) const 
 bool ObjectSet::occluded(const Vec3f& o, const Vec3f& d, float reach) const {
   Vec3 normal;
   for (std::size_t i = 0; i < objects_.size(); ++i) {
-    const Mat3& rotation = objects_[i].shape.pose.rotation;
-    const Vec3 local_o = rotation.transpose() * (o.cast<double>() - translation_[i]);
+    const Mat3& rotation = pose_[i].rotation;
+    const Vec3 local_o = rotation.transpose() * (o.cast<double>() - pose_[i].translation);
     const double limit = reach;
     if (intersect(i, local_o, rotation.transpose() * d.cast<double>(), limit, normal) < limit) return true;
   }

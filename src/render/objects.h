@@ -22,8 +22,8 @@ class ObjectSet {
   // A usage Error if an object names a surface that does not exist.
   ObjectSet(std::vector<Object> objects, std::vector<Surface> surfaces);
 
-  // Render space is world space minus `origin`.
-  void place(const Vec3& origin);
+  // Render space is world space minus `origin`; objects that move are where they are at `time` (s).
+  void place(const Vec3& origin, double time = 0);
 
   bool empty() const { return objects_.empty(); }
   const Surface& surface(int object) const { return surfaces_[objects_[object].surface]; }
@@ -39,7 +39,7 @@ class ObjectSet {
   std::vector<Object> objects_;
   std::vector<Surface> surfaces_;
   std::vector<std::shared_ptr<const TriangleSet>> triangles_;  // per object; empty for analytic shapes
-  std::vector<Vec3> translation_;                              // m, render space
+  std::vector<Pose> pose_;                                     // render space
 };
 
 }  // namespace firn

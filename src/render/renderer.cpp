@@ -32,7 +32,7 @@ struct Renderer::State {
   void build(const Snapshot& snapshot) {
     grid.build(snapshot, setup.snow);
     snow.build(grid);
-    objects.place(grid.origin());
+    objects.place(grid.origin(), snapshot.time);
     lights.place(grid.origin());
   }
 

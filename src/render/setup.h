@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "src/core/vector.h"
+#include "src/geometry/keyframes.h"
 #include "src/geometry/shape.h"
 
 namespace firn {
@@ -38,7 +39,8 @@ struct Surface {
 
 struct Object {  // colliders, ground and scenery: anything that is seen but is not snow
   Shape shape;
-  int surface = 0;  // index into RenderSetup::surfaces
+  int surface = 0;     // index into RenderSetup::surfaces
+  Motion motion = {};  // of `shape`, by the snapshot's time
 };
 
 struct QuadLight {

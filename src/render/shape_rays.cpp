@@ -85,6 +85,35 @@ double intersect(const Cylinder& cylinder, const Vec3& o, const Vec3& d, double 
   return t;
 }
 
+// Convex: of its tube and its two balls, what lies on its surface is the first way in and the last way out.
+double intersect(const Capsule& capsule, const Vec3& o, const Vec3& d, double limit, Vec3& normal) {
+  double t_in = INFINITY, t_out = -INFINITY;
+  const auto cut = [&](double a, double b, double c, double offset) {  // a t^2 + 2 b t + c = 0
+    const double root2 = b * b - a * c;
+    if (!(a > 0) || root2 < 0) return;
+    for (const double side : {-1.0, 1.0}) {
+      const double t = (-b + side * std::sqrt(root2)) / a, y = o.y() + t * d.y();
+      const bool part = offset == 0 ? std::fabs(y) <= capsule.half_length : y / offset >= 1;
+      if (part) t_in = std::fmin(t_in, t), t_out = std::fmax(t_out, t);
+    }
+  };
+  const double r2 = capsule.radius * capsule.radius;
+  cut(d.x() * d.x() + d.z() * d.z(), o.x() * d.x() + o.z() * d.z(), o.x() * o.x() + o.z() * o.z() - r2, 0);
+  for (const double end : {-capsule.half_length, capsule.half_length}) {
+    if (end == 0) continue;
+    const Vec3 from = o - Vec3(0, end, 0);
+    cut(d.squaredNorm(), from.dot(d), from.squaredNorm() - r2, end);
+  }
+  if (!(t_in <= t_out)) return limit;
+  const double t = first_within(t_in, t_out, limit);
+  if (t < limit) {
+    const Vec3 p = o + t * d;
+    normal =
+        (p - Vec3(0, std::fmin(std::fmax(p.y(), -capsule.half_length), capsule.half_length), 0)).normalized();
+  }
+  return t;
+}
+
 double intersect(const HalfSpace&, const Vec3& o, const Vec3& d, double limit, Vec3& normal) {
   if (d.y() == 0) return limit;
   const double t = -o.y() / d.y();

@@ -9,6 +9,7 @@ namespace firn {
 double intersect(const Ball& ball, const Vec3& o, const Vec3& d, double limit, Vec3& normal);
 double intersect(const Box& box, const Vec3& o, const Vec3& d, double limit, Vec3& normal);
 double intersect(const Cylinder& cylinder, const Vec3& o, const Vec3& d, double limit, Vec3& normal);
+double intersect(const Capsule& capsule, const Vec3& o, const Vec3& d, double limit, Vec3& normal);
 double intersect(const HalfSpace& plane, const Vec3& o, const Vec3& d, double limit, Vec3& normal);
 
 }  // namespace firn

@@ -90,6 +90,10 @@ void refuse_overlap(const SceneConfig& scene, std::size_t index, std::size_t cou
                   " particles); move it, or set allow_overlap = true");
 }
 
+Shape at_start(const Collider& collider) {
+  return {collider.shape.form, collider.motion.pose(collider.shape.pose, 0)};
+}
+
 void check_overlaps(const SceneConfig& scene, const SimulationSetup& setup,
                     const std::vector<std::vector<Shape>>& shapes, const std::vector<double>& spacing) {
   for (std::size_t i = 0; i < setup.snow.size(); ++i) {
@@ -99,7 +103,7 @@ void check_overlaps(const SceneConfig& scene, const SimulationSetup& setup,
                      "snow '" + scene.snow[j].name + "'");
     }
     for (const Collider& collider : setup.colliders) {
-      refuse_overlap(scene, i, count_inside(setup.snow[i], {collider.shape}, spacing[i]),
+      refuse_overlap(scene, i, count_inside(setup.snow[i], {at_start(collider)}, 0.5 * spacing[i]),
                      collider.name == "ground" ? "the ground" : "collider '" + collider.name + "'");
     }
   }
@@ -107,13 +111,18 @@ void check_overlaps(const SceneConfig& scene, const SimulationSetup& setup,
 
 void place_colliders(const SceneConfig& scene, SimulationSetup& setup) {
   if (scene.ground) {
-    setup.colliders.push_back({"ground", plane_shape(Vec3(0, scene.ground->height, 0), Vec3::UnitY()),
-                               scene.ground->contact, scene.ground->friction});
+    setup.colliders.push_back({"ground",
+                               plane_shape(Vec3(0, scene.ground->height, 0), Vec3::UnitY()),
+                               scene.ground->contact,
+                               scene.ground->friction,
+                               scene.ground->static_friction,
+                               {}});
   }
   for (std::size_t i = 0; i < scene.colliders.size(); ++i) {
     const ColliderConfig& c = scene.colliders[i];
     const Shape shape = place_shape(scene, "collider[" + std::to_string(i) + "]", c.shape, ShapeUse::solid);
-    setup.colliders.push_back({c.name, shape, c.contact, c.friction});
+    setup.colliders.push_back(
+        {c.name, shape, c.contact, c.friction, c.static_friction, place_motion(c, shape)});
   }
 }
 

@@ -49,9 +49,8 @@ void place_objects(const SceneConfig& scene, RenderSetup& setup) {
   for (std::size_t i = 0; i < scene.colliders.size(); ++i) {
     const ColliderConfig& c = scene.colliders[i];
     if (!c.visible) continue;
-    setup.objects.push_back(
-        {place_shape(scene, "collider[" + std::to_string(i) + "]", c.shape, ShapeUse::solid),
-         surface_number(setup, c.surface)});
+    const Shape shape = place_shape(scene, "collider[" + std::to_string(i) + "]", c.shape, ShapeUse::solid);
+    setup.objects.push_back({shape, surface_number(setup, c.surface), place_motion(c, shape)});
   }
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const ObjectConfig& o = scene.objects[i];

@@ -18,12 +18,12 @@ namespace firn {
 
 // A shape as keys: which of them are meant depends on `shape`.
 struct ShapeConfig {
-  std::string shape;                  // ball box cylinder plane height_field mesh flakes
-  std::optional<Vec3> center;         // ball box cylinder flakes
+  std::string shape;                  // ball box cylinder capsule plane height_field mesh flakes
+  std::optional<Vec3> center;         // ball box cylinder capsule flakes
   Vec3 offset = Vec3::Zero();         // mesh height_field, m
-  std::optional<double> radius;       // ball cylinder
+  std::optional<double> radius;       // ball cylinder capsule
   std::optional<Vec3> size;           // box: full edge lengths
-  std::optional<double> height;       // cylinder: full height
+  std::optional<double> height;       // cylinder capsule: full height
   Vec3 rotation = Vec3::Zero();       // degrees, about x, then y, then z
   std::optional<Vec3> point, normal;  // plane
   std::optional<std::string> file;    // mesh (OBJ), height_field (PGM or text raster)
@@ -49,12 +49,21 @@ struct SnowConfig {
   SnowLook look;
 };
 
+struct KeyFrameConfig {          // where a collider is at a time, from where its shape is written
+  double time = 0;               // s
+  Vec3 position = Vec3::Zero();  // m
+  Vec3 rotation = Vec3::Zero();  // degrees, about x, then y, then z, about the pivot
+};
+
 struct ColliderConfig {
   std::string name;
   ShapeConfig shape;
   Contact contact = Contact::separating;
   double friction = 0.3;
-  std::string surface;  // name of a [[surface]]; empty: the default
+  std::optional<double> static_friction;
+  std::optional<std::vector<KeyFrameConfig>> motion;
+  std::optional<Vec3> pivot;  // m
+  std::string surface;        // name of a [[surface]]; empty: the default
   bool visible = true;
 };
 
@@ -67,6 +76,7 @@ struct GroundConfig {  // [ground]: a plane, felt and seen
   double height = 0;   // m
   Contact contact = Contact::separating;
   double friction = 0.5;
+  std::optional<double> static_friction;
   std::string surface;
 };
 

@@ -98,6 +98,45 @@ std::vector<std::string> list(const KeySpec& key, const RawValue& raw) {
   return items;
 }
 
+// What one key frame says.
+const KeySpec kFrameKeys[] = {
+    {"time", ValueType::number, {.unit = "s", .range = at_least(0)}, {}, {}},
+    {"position", ValueType::vector, {.unit = "m"}, {}, {}},
+    {"rotation", ValueType::vector, {.unit = "degrees"}, {}, {}},
+};
+
+KeyFrameConfig key_frame(const KeySpec& key, const RawValue& raw) {
+  if (!raw.table()) refuse_type(key, raw);
+  KeyFrameConfig frame;
+  for (const RawEntry& entry : raw.table()->entries) {
+    if (entry.key == "time") {
+      frame.time = number(kFrameKeys[0], entry.value);
+    } else if (entry.key == "position") {
+      frame.position = vector(kFrameKeys[1], entry.value);
+    } else if (entry.key == "rotation") {
+      frame.rotation = vector(kFrameKeys[2], entry.value);
+    } else {
+      refuse(entry.where, "unknown key '" + entry.key + "' in '" + key.name + "'" +
+                              suggestion(entry.key, {"time", "position", "rotation"}));
+    }
+  }
+  if (!raw.table()->find("time"))
+    refuse(raw.where, "a key frame of '" + key.name + "' lacks 'time', in seconds");
+  return frame;
+}
+
+std::vector<KeyFrameConfig> key_frames(const KeySpec& key, const RawValue& raw) {
+  if (!raw.array() || raw.array()->empty()) refuse_type(key, raw);
+  std::vector<KeyFrameConfig> frames;
+  for (const RawValue& item : *raw.array()) {
+    frames.push_back(key_frame(key, item));
+    if (frames.size() > 1 && frames.back().time <= frames[frames.size() - 2].time) {
+      refuse(item.where, "'" + key.name + "': the times of the key frames do not ascend");
+    }
+  }
+  return frames;
+}
+
 Value convert(const KeySpec& key, const RawValue& raw) {
   switch (key.type) {
     case ValueType::boolean:
@@ -111,6 +150,8 @@ Value convert(const KeySpec& key, const RawValue& raw) {
       return text(key, raw);
     case ValueType::list:
       return list(key, raw);
+    case ValueType::key_frames:
+      return key_frames(key, raw);
     default:
       return vector(key, raw);
   }

@@ -118,12 +118,23 @@ Shape place_shape(const SceneConfig& scene, const std::string& table, const Shap
   if (config.shape == "ball") return {Ball{*config.radius}, {Mat3::Identity(), *config.center}};
   if (config.shape == "box") return {Box{0.5 * *config.size}, pose};
   if (config.shape == "cylinder") return {Cylinder{*config.radius, 0.5 * *config.height}, pose};
+  if (config.shape == "capsule")
+    return {Capsule{*config.radius, 0.5 * *config.height - *config.radius}, pose};
   if (config.shape == "height_field") {
     return {load_at(scene, table, [&] { return load_height_field(config, use); }), pose};
   }
   return {load_at(scene, table,
                   [&] { return Mesh{std::make_shared<TriangleMesh>(load_obj(*config.file, config.scale))}; }),
           pose};
+}
+
+Motion place_motion(const ColliderConfig& config, const Shape& shape) {
+  if (!config.motion) return {};
+  std::vector<MotionKey> keys;
+  for (const KeyFrameConfig& key : *config.motion) {
+    keys.push_back({key.time, key.position, rotation_matrix(key.rotation)});
+  }
+  return {std::move(keys), config.pivot.value_or(shape.pose.translation)};
 }
 
 std::vector<Shape> place_snow(const SceneConfig& scene, std::size_t index, double gap) {

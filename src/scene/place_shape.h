@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "src/geometry/keyframes.h"
 #include "src/geometry/shape.h"
 #include "src/scene/config.h"
 
@@ -22,6 +23,9 @@ Shape place_shape(const SceneConfig& scene, const std::string& table, const Shap
 // Shapes of snow [[snow]] number `index`: one, or every flake. `gap` (m) is left between flakes. Errors: as
 // place_shape; usage Error when the flakes do not fit into their region.
 std::vector<Shape> place_snow(const SceneConfig& scene, std::size_t index, double gap);
+
+// How a collider moves that was placed at `shape`.
+Motion place_motion(const ColliderConfig& config, const Shape& shape);
 
 Mat3 rotation_matrix(const Vec3& degrees);  // about x, then y, then z
 Shape plane_shape(const Vec3& point, const Vec3& normal);

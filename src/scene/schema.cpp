@@ -60,6 +60,14 @@ struct TomlText {
     for (const std::string& item : list) result += (result.size() > 1 ? ", " : "") + quoted(item);
     return result + "]";
   }
+  std::string operator()(const std::vector<KeyFrameConfig>& keys) const {
+    std::string result = "[";
+    for (const KeyFrameConfig& key : keys) {
+      result += (result.size() > 1 ? ", {time = " : "{time = ") + toml_number(key.time) +
+                ", position = " + (*this)(key.position) + ", rotation = " + (*this)(key.rotation) + "}";
+    }
+    return result + "]";
+  }
 };
 
 std::string joined(const std::vector<std::string>& words) {
@@ -138,6 +146,8 @@ std::string type_text(const KeySpec& key) {
       return "a number";
     case ValueType::vector:
       return "3 numbers";
+    case ValueType::key_frames:
+      return "a list of {time = 0.0, position = [0, 0, 0], rotation = [0, 0, 0]}";
     case ValueType::color:
       return "a number or 3 numbers (red, green, blue)";
     default:

@@ -15,8 +15,9 @@
 
 namespace firn {
 
-enum class ValueType { boolean, integer, number, text, vector, color, list };
-using Value = std::variant<bool, std::int64_t, double, std::string, Vec3, std::vector<std::string>>;
+enum class ValueType { boolean, integer, number, text, vector, color, list, key_frames };
+using Value = std::variant<bool, std::int64_t, double, std::string, Vec3, std::vector<std::string>,
+                           std::vector<KeyFrameConfig>>;
 
 // The allowed numbers; of a vector, of each component.
 struct Range {

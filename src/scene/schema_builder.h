@@ -32,6 +32,7 @@ constexpr ValueType value_type() {
   if constexpr (std::is_floating_point_v<T>) return ValueType::number;
   if constexpr (std::is_same_v<T, Vec3>) return ValueType::vector;
   if constexpr (std::is_same_v<T, Vec3f>) return ValueType::color;
+  if constexpr (std::is_same_v<T, std::vector<KeyFrameConfig>>) return ValueType::key_frames;
   return ValueType::list;
 }
 

@@ -34,7 +34,7 @@ TableSpec image_table() {
 
 TableSpec object_table() {
   auto t = repeated_table<&SceneConfig::objects>("object", "scenery: seen, not felt");
-  add_shape_keys(t, {"ball", "box", "cylinder", "plane", "height_field", "mesh"});
+  add_shape_keys(t, {"ball", "box", "cylinder", "capsule", "plane", "height_field", "mesh"});
   add_plane_keys(t);
   t.key("surface", &ObjectConfig::surface, {.absent = "plain grey", .meaning = "name of a [[surface]]"});
   return t.take();

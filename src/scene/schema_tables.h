@@ -26,15 +26,15 @@ void add_shape_keys(TableBuilder<Record>& table, const std::vector<std::string>&
             {.choices = shapes, .required = true, .meaning = "what it is shaped like"});
   table.key("center", part(&ShapeConfig::center),
             {.unit = "m",
-             .with = with({"ball", "box", "cylinder", "flakes"}),
+             .with = with({"ball", "box", "cylinder", "capsule", "flakes"}),
              .required = true,
              .meaning = "its centre"});
   table.key("radius", part(&ShapeConfig::radius),
             {.unit = "m",
              .range = above(0),
-             .with = with({"ball", "cylinder", "flakes"}),
+             .with = with({"ball", "cylinder", "capsule", "flakes"}),
              .required = true,
-             .meaning = "of the ball, of the cylinder, of one flake"});
+             .meaning = "of the ball, of the cylinder, of the capsule, of one flake"});
   table.key("size", part(&ShapeConfig::size),
             {.unit = "m",
              .range = above(0),
@@ -44,12 +44,12 @@ void add_shape_keys(TableBuilder<Record>& table, const std::vector<std::string>&
   table.key("height", part(&ShapeConfig::height),
             {.unit = "m",
              .range = above(0),
-             .with = with({"cylinder"}),
+             .with = with({"cylinder", "capsule"}),
              .required = true,
-             .meaning = "full height, along the cylinder's own Y axis"});
+             .meaning = "full height, along its own Y axis; of a capsule: with its round ends"});
   table.key("rotation", part(&ShapeConfig::rotation),
             {.unit = "degrees",
-             .with = with({"box", "cylinder", "height_field", "mesh"}),
+             .with = with({"box", "cylinder", "capsule", "height_field", "mesh"}),
              .meaning = "turns it about x, then y, then z, about its centre"});
   table.key("file", part(&ShapeConfig::file),
             {.with = with({"mesh", "height_field"}),

@@ -131,7 +131,7 @@ TableSpec snow_table() {
   t.key(
       "name", &SnowConfig::name,
       {.absent = "snow0, snow1, ...", .meaning = "for messages, --set snow.NAME.key and [quick.snow.NAME]"});
-  add_shape_keys(t, {"ball", "box", "cylinder", "height_field", "mesh", "flakes"});
+  add_shape_keys(t, {"ball", "box", "cylinder", "capsule", "height_field", "mesh", "flakes"});
   t.key("count", [](SnowConfig & s) -> auto& { return s.shape.count; },
         {.range = between(1, 10000000),
          .with = {"shape", {"flakes"}},
@@ -167,6 +167,16 @@ TableSpec snow_table() {
   return t.take();
 }
 
+template <class Record>
+void add_friction_keys(TableBuilder<Record>& t) {
+  t.key("friction", &Record::friction,
+        {.range = at_least(0), .meaning = "Coulomb coefficient of snow that slides"});
+  t.key("static_friction", &Record::static_friction,
+        {.range = at_least(0),
+         .absent = "as friction",
+         .meaning = "Coulomb coefficient of snow that stands, not below friction"});
+}
+
 TableSpec ground_table() {
   using G = GroundConfig;
   TableBuilder<G> t({"ground",
@@ -178,19 +188,31 @@ TableSpec ground_table() {
                     [](SceneConfig& s, std::size_t) -> G& { return *s.ground; });
   t.key("height", &G::height, {.unit = "m", .meaning = "y of the plane"});
   t.key("contact", &G::contact, {.choices = kContacts, .meaning = kContactMeaning});
-  t.key("friction", &G::friction, {.range = at_least(0), .meaning = "Coulomb coefficient"});
+  add_friction_keys(t);
   t.key("surface", &G::surface, {.absent = "plain grey", .meaning = "name of a [[surface]]"});
   return t.take();
 }
 
 TableSpec collider_table() {
   using C = ColliderConfig;
-  auto t = repeated_table<&SceneConfig::colliders>("collider", "a solid that does not move, felt and seen");
+  auto t = repeated_table<&SceneConfig::colliders>(
+      "collider", "a solid, felt and seen; it stands still unless it has a motion");
   t.key("name", &C::name, {.absent = "collider0, collider1, ...", .meaning = "for messages and --set"});
-  add_shape_keys(t, {"ball", "box", "cylinder", "plane", "height_field", "mesh"});
+  add_shape_keys(t, {"ball", "box", "cylinder", "capsule", "plane", "height_field", "mesh"});
   add_plane_keys(t);
   t.key("contact", &C::contact, {.choices = kContacts, .meaning = kContactMeaning});
-  t.key("friction", &C::friction, {.range = at_least(0), .meaning = "Coulomb coefficient"});
+  add_friction_keys(t);
+  t.key("motion", &C::motion,
+        {.unit = "s, m, degrees",
+         .absent = "it stands still",
+         .meaning =
+             "key frames: at `time` of the simulation the shape is shifted by `position` from where it is "
+             "written and turned by `rotation` about the pivot's x, then y, then z; straight and even "
+             "between keys, at rest before the first and after the last"});
+  t.key("pivot", &C::pivot,
+        {.unit = "m",
+         .absent = "the shape's centre",
+         .meaning = "what the motion's rotations turn about, before any shift"});
   t.key("surface", &C::surface, {.absent = "plain grey", .meaning = "name of a [[surface]]"});
   t.key("visible", &C::visible, {.meaning = "false: felt but not seen"});
   return t.take();

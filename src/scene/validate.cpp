@@ -74,9 +74,34 @@ struct Checker {
 
   void shape(const std::string& table, const ShapeConfig& shape) const {
     if (shape.shape == "plane") require_direction(*shape.normal, table, "normal");
+    if (shape.shape == "capsule" && *shape.height <= 2 * *shape.radius) {
+      refuse(table, "height",
+             "'height' of a capsule counts its round ends: it must be above twice its radius");
+    }
     std::error_code ignored;
     if (shape.file && !std::filesystem::is_regular_file(*shape.file, ignored)) {
       throw Error(ExitCode::io, place_of(scene, table, "file"), "no such file: " + *shape.file);
+    }
+  }
+
+  template <class Solid>
+  void friction(const std::string& table, const Solid& solid) const {
+    if (!solid.static_friction || *solid.static_friction >= solid.friction) return;
+    refuse(table, "static_friction",
+           "'static_friction' is below 'friction': what stands holds at least as well as what slides");
+  }
+
+  // Turns take the short way, so half a turn between two keys has no direction.
+  void motion(const std::string& table, const ColliderConfig& collider) const {
+    if (collider.pivot && !collider.motion) {
+      refuse(table, "pivot", "'pivot' is given, but no 'motion' that could turn about it");
+    }
+    if (!collider.motion) return;
+    const auto& keys = *collider.motion;
+    for (std::size_t k = 1; k < keys.size(); ++k) {
+      if ((keys[k].rotation - keys[k - 1].rotation).cwiseAbs().maxCoeff() < 180) continue;
+      refuse(table, "motion",
+             "'motion' turns by half a turn or more between two key frames: put another one between them");
     }
   }
 
@@ -152,13 +177,18 @@ struct Checker {
     });
     each("collider", scene.colliders, [&](const std::string& table, const ColliderConfig& collider) {
       shape(table, collider.shape);
+      friction(table, collider);
+      motion(table, collider);
       surface_name(table, collider.surface);
     });
     each("object", scene.objects, [&](const std::string& table, const ObjectConfig& object) {
       shape(table, object.shape);
       surface_name(table, object.surface);
     });
-    if (scene.ground) surface_name("ground", scene.ground->surface);
+    if (scene.ground) {
+      surface_name("ground", scene.ground->surface);
+      friction("ground", *scene.ground);
+    }
     each("light", scene.lights, [&](const std::string& table, const LightConfig& l) { light(table, l); });
   }
 };

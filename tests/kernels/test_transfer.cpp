@@ -272,40 +272,96 @@ TEST_CASE(
   });
 }
 
-TEST_CASE("grid update is the reference's for every kind of contact") {
-  const auto step = test_step();
-  for (const auto kind : {kernels::kSticky, kernels::kSlip, kernels::kSeparating}) {
-    for (const float friction : {0.f, 0.3f, 2.f}) {
-      Random random(42);
-      kernels::ContactNodes contacts[2];
-      for (auto& c : contacts) {
-        c.kind = kind;
-        c.friction = friction;
-        for (int n = 0; n < kernels::kBlockNodes; ++n) {
-          c.distance[n] = static_cast<float>(random.in(-1, 1));
-          double r[9];
-          random_rotation(random, r);
-          for (int axis = 0; axis < 3; ++axis) c.normal[axis][n] = static_cast<float>(r[axis]);
-        }
-      }
-      alignas(64) float original[kernels::kBlockFloats];
-      for (int n = 0; n < kernels::kBlockNodes; ++n) {
-        original[4 * n + 3] = n % 5 == 0 ? 0.f : static_cast<float>(random.in(1e-6, 1e-4));
-        for (int axis = 0; axis < 3; ++axis) {
-          original[4 * n + axis] = original[4 * n + 3] * static_cast<float>(random.in(-3, 3));
-        }
-      }
-      std::vector<double> expected(original, original + kernels::kBlockFloats);
-      kernels::reference::grid_update(step, contacts, 2, expected.data());
-      on_every_isa([&](const kernels::KernelTable& table) {
-        INFO(table.isa << " kind " << kind << " friction " << friction);
-        alignas(64) float nodes[kernels::kBlockFloats];
-        std::memcpy(nodes, original, sizeof nodes);
-        table.mpm.grid_update(step, contacts, 2, nodes);
-        Worst error;
-        for (int i = 0; i < kernels::kBlockFloats; ++i) error.add(std::fabs(nodes[i] - expected[i]));
-        CHECK(error.value() < 5e-6);
-      });
+namespace {
+
+kernels::ContactNodes random_contact(Random& random, kernels::ContactKind kind, float friction,
+                                     float static_friction, bool moving) {
+  kernels::ContactNodes c{};
+  c.kind = kind;
+  c.friction = friction;
+  c.static_friction = static_friction;
+  c.moving = moving;
+  for (int n = 0; n < kernels::kBlockNodes; ++n) {
+    c.distance[n] = static_cast<float>(random.in(-1, 1));
+    double r[9];
+    random_rotation(random, r);
+    for (int axis = 0; axis < 3; ++axis) c.normal[axis][n] = static_cast<float>(r[axis]);
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    c.velocity[axis] = static_cast<float>(random.in(-2, 2));
+    c.turn[axis] = static_cast<float>(random.in(-0.5, 0.5));
+  }
+  return c;
+}
+
+// Momenta and masses of 64 nodes, some empty.
+void fill_nodes(Random& random, float* nodes) {
+  for (int n = 0; n < kernels::kBlockNodes; ++n) {
+    nodes[4 * n + 3] = n % 5 == 0 ? 0.f : static_cast<float>(random.in(1e-6, 1e-4));
+    for (int axis = 0; axis < 3; ++axis) {
+      nodes[4 * n + axis] = nodes[4 * n + 3] * static_cast<float>(random.in(-3, 3));
     }
   }
+}
+
+void check_grid_update(const kernels::ContactNodes (&contacts)[2]) {
+  const auto step = test_step();
+  Random random(7);
+  alignas(64) float original[kernels::kBlockFloats];
+  fill_nodes(random, original);
+  std::vector<double> expected(original, original + kernels::kBlockFloats);
+  kernels::reference::grid_update(step, contacts, 2, expected.data());
+  on_every_isa([&](const kernels::KernelTable& table) {
+    INFO(table.isa);
+    alignas(64) float nodes[kernels::kBlockFloats];
+    std::memcpy(nodes, original, sizeof nodes);
+    table.mpm.grid_update(step, contacts, 2, nodes);
+    Worst error;
+    for (int i = 0; i < kernels::kBlockFloats; ++i) error.add(std::fabs(nodes[i] - expected[i]));
+    CHECK(error.value() < 5e-6);
+  });
+}
+
+}  // namespace
+
+TEST_CASE("grid update is the reference's for every kind of contact, standing and moving") {
+  for (const auto kind : {kernels::kSticky, kernels::kSlip, kernels::kSeparating}) {
+    for (const float friction : {0.f, 0.3f, 2.f}) {
+      for (const float more : {0.f, 0.5f}) {
+        for (const bool moving : {false, true}) {
+          Random random(42);
+          const kernels::ContactNodes contacts[2] = {
+              random_contact(random, kind, friction, friction + more, moving),
+              random_contact(random, kind, friction, friction + more, moving)};
+          INFO("kind " << kind << " friction " << friction << " + " << more << " moving " << moving);
+          check_grid_update(contacts);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE(
+    "a node stands while static friction can hold it, and is slowed by the dynamic one when it slides") {
+  kernels::StepParams step{};
+  kernels::ContactNodes c{};
+  c.kind = kernels::kSeparating;
+  c.friction = 0.2f;
+  c.static_friction = 0.6f;
+  for (int n = 0; n < kernels::kBlockNodes; ++n) c.normal[1][n] = 1;
+  on_every_isa([&](const kernels::KernelTable& table) {
+    INFO(table.isa);
+    for (const float speed : {0.f, 0.3f, 0.59f, 0.61f, 2.f}) {  // the normal speed is 1
+      alignas(64) float nodes[kernels::kBlockFloats];
+      for (int n = 0; n < kernels::kBlockNodes; ++n) {
+        const float node[4] = {0, -1, speed, 1};
+        std::copy(node, node + 4, nodes + 4 * n);
+      }
+      table.mpm.grid_update(step, &c, 1, nodes);
+      for (int n = 0; n < kernels::kBlockNodes; ++n) {
+        REQUIRE(nodes[4 * n + 1] == 0);
+        REQUIRE(nodes[4 * n + 2] == Approx(speed <= 0.6f ? 0 : speed - 0.2f));
+      }
+    }
+  });
 }

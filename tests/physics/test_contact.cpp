@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Contact with colliders: Coulomb friction on an incline, rest on the ground, sticking, the domain's
 // boundary.
+#include <sstream>
+
 #include "tests/catch.h"
 #include "tests/physics/snow.h"
 
@@ -52,6 +54,35 @@ TEST_CASE("a block on an incline stays when mu exceeds tan", "[physics]") {
   simulation.advance_to(0.5, kNeverStop);
   CHECK(std::abs(speed_along(simulation)) < 0.01);
   CHECK((simulation.metrics().bounds.center() - before).norm() < 0.1 * kDx);
+}
+
+TEST_CASE("between the two friction angles a block at rest stays, and one that moves goes on sliding",
+          "[physics]") {
+  const double mu_static = 0.6, mu_dynamic = 0.2, angle = 20 * M_PI / 180;  // tan is 0.364
+  SimulationSetup held = incline(20, mu_static, Contact::separating);
+  held.sleep = false;
+  Simulation settling(best_kernels(), held);
+  settling.advance_to(1.0, kNeverStop);  // the ringing of the sudden weight dies away
+  std::stringstream saved;
+  settling.save(saved);
+
+  SimulationSetup setup = incline(20, mu_dynamic, Contact::separating);
+  setup.sleep = false;
+  setup.colliders[0].static_friction = mu_static;
+  Simulation resting(best_kernels(), setup);
+  resting.load(saved);
+  const Vec3 before = resting.metrics().bounds.center();
+  resting.advance_to(1.6, kNeverStop);
+  CHECK(std::abs(speed_along(resting)) < 1e-4);
+  CHECK((resting.metrics().bounds.center() - before).norm() < 0.01 * kDx);
+
+  for (Vec3& v : setup.snow[0].velocity) v = Vec3(0.5, 0, 0);
+  Simulation sliding(best_kernels(), setup);
+  sliding.advance_to(0.1, kNeverStop);
+  const double start = speed_along(sliding);
+  sliding.advance_to(0.4, kNeverStop);
+  const double expected = 9.81 * (std::sin(angle) - mu_dynamic * std::cos(angle));
+  CHECK((speed_along(sliding) - start) / 0.3 == Approx(expected).epsilon(0.02));
 }
 
 TEST_CASE("without friction a block slides at g sin, on slip and on separating ground alike", "[physics]") {

@@ -7,6 +7,7 @@
 #include "src/scene/place_shape.h"
 #include "tests/catch.h"
 #include "tests/scene/read_text.h"
+#include "tests/scene/refuses.h"
 #include "tests/scene/temporary_folder.h"
 
 using namespace firn;
@@ -39,6 +40,23 @@ TEST_CASE("a rotation turns about x, then y, then z") {
   CHECK((rotation_matrix(Vec3(90, 0, 0)) * Vec3(0, 1, 0) - Vec3(0, 0, 1)).norm() < 1e-12);
   CHECK((rotation_matrix(Vec3(90, 90, 0)) * Vec3(0, 1, 0) - Vec3(1, 0, 0)).norm() < 1e-12);
   CHECK((rotation_matrix(Vec3(90, 90, 90)) * Vec3(0, 1, 0) - Vec3(0, 1, 0)).norm() < 1e-12);
+}
+
+TEST_CASE("static friction is the dynamic one unless it is given, and never below it") {
+  const std::string stone =
+      "[[collider]]\nshape = \"ball\"\ncenter = [0, -3, 0]\nradius = 1\nfriction = 0.4\n";
+  CHECK_FALSE(build_simulation(test::read(kBall + stone)).colliders[0].static_friction);
+  CHECK(
+      build_simulation(test::read(kBall + stone + "static_friction = 0.5\n")).colliders[0].static_friction ==
+      0.5);
+  CHECK(*build_simulation(test::read(kBall + "[ground]\nstatic_friction = 0.9\n"))
+             .colliders[0]
+             .static_friction == 0.9);
+  CHECK_REFUSES(test::read(kBall + stone + "static_friction = 0.3\n"),
+                "scene.toml:10:1: 'static_friction' is below 'friction'");
+  CHECK_REFUSES(test::read(kBall + stone + "static_friction = -1\n"), "out of range: it must be at least 0");
+  CHECK_REFUSES(test::read(kBall + "[ground]\nfriction = -0.5\n"),
+                "scene.toml:6:12: 'friction' is -0.5, out of range: it must be at least 0");
 }
 
 TEST_CASE("invisible colliders are felt and not seen, objects are seen and not felt") {

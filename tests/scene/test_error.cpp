@@ -108,9 +108,10 @@ TEST_CASE("a table that lacks a key says which, with its unit") {
   check_all({
       {"\n[[snow]]\nname = \"left\"\nshape = \"ball\"\ncenter = [0, 0, 0]",
        "scene.toml:2:1: [[snow]] 'left' lacks 'radius', a number in metres: of the ball, of the cylinder, of "
-       "one flake"},
+       "the capsule, of one flake"},
       {"[[snow]]\nradius = 1",
-       "scene.toml:1:1: [[snow]] lacks 'shape', one of ball, box, cylinder, height_field, mesh, flakes: what "
+       "scene.toml:1:1: [[snow]] lacks 'shape', one of ball, box, cylinder, capsule, height_field, mesh, "
+       "flakes: what "
        "it is "
        "shaped like"},
       {kBall + "[[light]]\ntype = \"sphere\"\nradius = 1\nradiance = 3",

@@ -25,7 +25,10 @@ Vec3 random_point(std::uint64_t key, double half) {
 }
 
 std::vector<Shape> bounded_shapes() {
-  return {{Ball{0.4}, tilted()}, {Box{Vec3(0.5, 0.2, 0.3)}, tilted()}, {Cylinder{0.3, 0.45}, tilted()}};
+  return {{Ball{0.4}, tilted()},
+          {Box{Vec3(0.5, 0.2, 0.3)}, tilted()},
+          {Cylinder{0.3, 0.45}, tilted()},
+          {Capsule{0.3, 0.25}, tilted()}};
 }
 
 }  // namespace
@@ -37,6 +40,8 @@ TEST_CASE("signed distances of simple shapes have the values that geometry gives
   CHECK(signed_distance({Box{Vec3(1, 2, 3)}, {}}, Vec3(4, 6, 3)) == Approx(5));
   CHECK(signed_distance({Cylinder{1, 2}, {}}, Vec3(4, 6, 0)) == Approx(5));
   CHECK(signed_distance({Cylinder{1, 2}, {}}, Vec3(0.5, 1.9, 0)) == Approx(-0.1));
+  CHECK(signed_distance({Capsule{1, 2}, {}}, Vec3(3, 6, 0)) == Approx(4));
+  CHECK(signed_distance({Capsule{1, 2}, {}}, Vec3(0.4, 1.5, 0)) == Approx(-0.6));
   CHECK(signed_distance({HalfSpace{}, {}}, Vec3(7, -3, 1)) == Approx(-3));
 }
 

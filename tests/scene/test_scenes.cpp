@@ -32,9 +32,10 @@ std::vector<std::string> scene_names() {
 
 }  // namespace
 
-TEST_CASE("the eight scenes are there, and each is named as its file") {
-  for (const char* name : {"snowball_drop", "two_snowballs", "snowball_vs_sheet", "snowball_into_sheet",
-                           "falling_sheet", "avalanche", "snowfall", "broken_snowball_2d"}) {
+TEST_CASE("the ten scenes are there, and each is named as its file") {
+  for (const char* name :
+       {"snowball_drop", "two_snowballs", "snowball_vs_sheet", "snowball_into_sheet", "falling_sheet",
+        "avalanche", "snowfall", "broken_snowball_2d", "boot_print", "plough"}) {
     CHECK(read_file(name, false).name == name);
   }
 }
@@ -80,5 +81,19 @@ TEST_CASE("the slice of broken_snowball_2d is one cell thick and lies between it
     CHECK(*scene.snow[0].shape.height == Approx(grid_spacing(scene)));
     CHECK(std::abs(scene.colliders[1].shape.point->z()) == Approx(0.5 * grid_spacing(scene)));
     CHECK(scene.colliders[1].contact == Contact::slip);
+  }
+}
+
+TEST_CASE("the parts of the boot of boot_print keep together") {
+  const SimulationSetup setup = build_simulation(read_file("boot_print", true));
+  const Collider& sole = setup.colliders[1];
+  for (std::size_t i = 2; i < setup.colliders.size(); ++i) {
+    const Collider& part = setup.colliders[i];
+    for (double time = 0; time < 2; time += 0.05) {
+      INFO(part.name << " at " << time);
+      const Pose a = sole.motion.pose(sole.shape.pose, time), b = part.motion.pose(part.shape.pose, time);
+      const Vec3 seen = a.rotation.transpose() * (b.translation - a.translation);
+      CHECK((seen - (part.shape.pose.translation - sole.shape.pose.translation)).norm() < 1e-9);
+    }
   }
 }

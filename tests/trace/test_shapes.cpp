@@ -42,12 +42,13 @@ std::shared_ptr<const TriangleMesh> octahedron() {
 }
 
 std::vector<Shape> shapes() {
-  std::vector<Shape> all(5);
+  std::vector<Shape> all(6);
   all[0].form = Ball{0.7};
   all[1].form = Box{Vec3(0.5, 0.3, 0.8)};
   all[2].form = Cylinder{0.5, 0.6};
   all[3].form = HalfSpace{};
   all[4].form = Mesh{octahedron()};
+  all[5].form = Capsule{0.5, 0.4};
   for (Shape& shape : all) shape.pose = {some_rotation(), Vec3(0.2, -0.1, 0.15)};
   return all;
 }
@@ -147,4 +148,17 @@ TEST_CASE("a checker has squares of its size") {
   CHECK(shade(-0.1f, 0.1f) == 0.1f);
   CHECK(shade(-0.1f, -0.1f) == 0.8f);
   CHECK(shade(-0.3f, -0.1f) == 0.1f);
+}
+
+TEST_CASE("an object that moves is seen where it is at the frame's time") {
+  Object ball{Shape{Ball{0.5}, {}}, 0, {}};
+  ball.motion = Motion({{1, Vec3::Zero()}, {2, Vec3(2, 0, 0)}}, Vec3::Zero());
+  ObjectSet set({ball}, {Surface{}});
+  const auto seen = [&](double time) {
+    set.place(Vec3(0.25, 0, 0), time);
+    return 5.25 - set.closest(Vec3f(5, 0, 0), Vec3f(-1, 0, 0), 20).t;  // world x of its far end
+  };
+  CHECK(seen(0) == Approx(0.5));
+  CHECK(seen(1.5) == Approx(1.5));
+  CHECK(seen(9) == Approx(2.5));
 }
