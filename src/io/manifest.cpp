@@ -28,6 +28,10 @@ void metrics_fields(M& m, F&& field) {
   field("elastic_energy_J", m.elastic_energy);
   field("potential_energy_J", m.potential_energy);
   field("volume_m3", m.volume);
+  field("density_p05_kg_m3", m.density_p05);
+  field("density_p50_kg_m3", m.density_p50);
+  field("density_p95_kg_m3", m.density_p95);
+  field("front_m", m.front);
   field("max_speed_m_s", m.max_speed);
   field("bounds_min_m", m.bounds.min);
   field("bounds_max_m", m.bounds.max);

@@ -9,6 +9,7 @@
 #include "src/core/parallel.h"
 #include "src/core/rng.h"
 #include "src/mpm/colliders.h"
+#include "src/mpm/percentile.h"
 #include "src/mpm/state.h"
 
 namespace firn {
@@ -75,7 +76,37 @@ BlockCoord middle_block(const std::vector<BlockCoord>& blocks) {
   return {(low.x + high.x) / 2, (low.y + high.y) / 2, (low.z + high.z) / 2};
 }
 
+// What is told of the whole snow at once, particle by particle.
+void add_percentiles(const Simulation::State& s, Metrics& m) {
+  const kernels::ParticleView p = s.particles.view();
+  const Vec3 direction = front_direction(s.setup);
+  std::vector<float> density(s.particles.size()), run(s.particles.size());
+  parallel_for(s.blocks.size(), 4, [&](std::size_t b) {
+    for (std::size_t i = s.blocks.begin[b]; i < s.blocks.begin[b + 1]; ++i) {
+      density[i] = static_cast<float>(p.m[i] / volume_now(s, i));
+      run[i] = static_cast<float>(direction.dot(world_position(p, s.blocks.coord[b], i, s.setup.dx)));
+    }
+  });
+  m.density_p05 = mass_percentile(density, p.m, 0.05);
+  m.density_p50 = mass_percentile(density, p.m, 0.5);
+  m.density_p95 = mass_percentile(density, p.m, 0.95);
+  m.front = mass_percentile(run, p.m, 0.99);
+}
+
 }  // namespace
+
+Vec3 front_direction(const SimulationSetup& setup) {
+  const double g = setup.gravity.norm();
+  Vec3 steepest = Vec3::Zero();
+  for (const Collider& collider : setup.colliders) {
+    if (!std::holds_alternative<HalfSpace>(collider.shape.form) || g == 0) continue;
+    const Vec3 normal = collider.shape.pose.rotation.col(1), fall = setup.gravity / g;
+    const Vec3 along = fall - normal * normal.dot(fall);  // its length is the sine of the tilt
+    const bool floor = normal.dot(fall) < -0.01;          // not a wall or a ceiling
+    if (floor && along.norm() > steepest.norm()) steepest = along;
+  }
+  return steepest.norm() > 1e-3 ? Vec3(steepest.normalized()) : Vec3(1, 0, 0);
+}
 
 Metrics Simulation::metrics() const {
   const State& s = *state_;
@@ -89,6 +120,7 @@ Metrics Simulation::metrics() const {
   });
   Metrics all;
   for (const Metrics& block : of_block) add_block(block, all);
+  add_percentiles(s, all);
   all.time = s.time;
   all.steps = s.steps;
   all.particle_steps = s.particle_steps;

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+// What the metrics tell of a frame: percentiles of density, the front on a slope, the same on any number of
+// threads.
+#include <vector>
+
+#include "src/mpm/percentile.h"
+#include "tests/catch.h"
+#include "tests/physics/snow.h"
+
+using namespace firn;
+using namespace firn::test;
+
+TEST_CASE("a percentile by mass is the value at which that part of the mass is reached", "[physics]") {
+  const std::vector<float> value = {3, -2, 0, 1e-3f, 7, -5};
+  const std::vector<float> mass = {1, 2, 1, 4, 1, 1};  // in order of value: 1 2 1 4 1 1
+  CHECK(mass_percentile(value, mass.data(), 0.05) == -5);
+  CHECK(mass_percentile(value, mass.data(), 0.2) == -2);
+  CHECK(mass_percentile(value, mass.data(), 0.35) == 0);
+  CHECK(mass_percentile(value, mass.data(), 0.5) == 1e-3f);
+  CHECK(mass_percentile(value, mass.data(), 0.85) == 3);
+  CHECK(mass_percentile(value, mass.data(), 1) == 7);
+  CHECK(mass_percentile({}, mass.data(), 0.5) == 0);
+}
+
+TEST_CASE("snow as placed has its own density, loose and packed snow what Jp makes of it", "[physics]") {
+  SimulationSetup setup;
+  setup.dx = 0.02;
+  setup.snow.push_back(fill(Vec3::Zero(), Vec3(0.2, 0.2, 0.2), setup.dx, 2, Material{}));
+  const std::size_t count = setup.snow[0].position.size();
+  setup.snow[0].packing.assign(count, 1);
+  for (std::size_t i = 0; i < count / 5; ++i) setup.snow[0].packing[i] = 0.8f;               // 500 kg/m^3
+  for (std::size_t i = count - count / 5; i < count; ++i) setup.snow[0].packing[i] = 1.25f;  // 320 kg/m^3
+  const Metrics m = Simulation(best_kernels(), setup).metrics();
+  CHECK(m.density_p05 == Approx(320).epsilon(1e-5));
+  CHECK(m.density_p50 == Approx(400).epsilon(1e-5));
+  CHECK(m.density_p95 == Approx(500).epsilon(1e-5));
+}
+
+TEST_CASE("the front runs down the steepest plane, and along +x where none is tilted", "[physics]") {
+  SimulationSetup setup;
+  setup.colliders.push_back(plane(Vec3::Zero(), Vec3(0, 1, 0), Contact::separating, 0.3));
+  CHECK(front_direction(setup) == Vec3(1, 0, 0));
+  setup.colliders.push_back(plane(Vec3::Zero(), Vec3(1, 0, 0), Contact::slip, 0));  // a wall
+  CHECK(front_direction(setup) == Vec3(1, 0, 0));
+  setup.colliders.push_back(plane(Vec3::Zero(), Vec3(0, 1, 0.1), Contact::separating, 0.3));
+  setup.colliders.push_back(plane(Vec3::Zero(), Vec3(-0.6, 0.8, 0), Contact::separating, 0.3));
+  CHECK((front_direction(setup) - Vec3(-0.8, -0.6, 0)).norm() < 1e-12);
+}
+
+TEST_CASE("the front of a slab that slides without friction gains g sin t^2 / 2", "[physics]") {
+  SimulationSetup setup;
+  setup.dx = 0.02;
+  setup.gravity = 9.81 * Vec3(0.6, -0.8, 0);  // a slope of 36.87 degrees, seen along it
+  setup.colliders.push_back(plane(Vec3(0, 0.01, 0), Vec3(0, 1, 0), Contact::separating, 0));
+  setup.snow.push_back(fill(Vec3(0, 0.015, 0), Vec3(0.3, 0.115, 0.2), setup.dx, 2, Material{}));
+  Simulation simulation(best_kernels(), setup);
+  const double start = simulation.metrics().front;
+  CHECK(start == Approx(0.3).margin(0.02));
+  simulation.advance_to(0.3, kNeverStop);
+  CHECK(simulation.metrics().front - start == Approx(0.6 * 9.81 * 0.09 / 2).epsilon(0.02));
+}
+
+TEST_CASE("the metrics have the same bits on 1 thread and on 3", "[physics]") {
+  SimulationSetup setup;
+  setup.dx = 0.02;
+  setup.snow.push_back(ball(Vec3(0, 0.1, 0), 0.09, setup.dx, Material{}, Vec3(5, -10, 0)));
+  setup.colliders.push_back(plane(Vec3::Zero(), Vec3(0.1, 1, 0), Contact::separating, 0.3));
+  Metrics of[2];
+  for (const int run : {0, 1}) {
+    const int threads = 1 + 2 * run;
+    tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                              static_cast<std::size_t>(threads));
+    tbb::task_arena arena(threads);
+    arena.execute([&] {
+      Simulation simulation(best_kernels(), setup);
+      for (int i = 0; i < 60; ++i) simulation.step(simulation.stable_step().dt);
+      of[run] = simulation.metrics();
+    });
+  }
+  CHECK(of[0].momentum == of[1].momentum);
+  CHECK(of[0].kinetic_energy == of[1].kinetic_energy);
+  CHECK(of[0].elastic_energy == of[1].elastic_energy);
+  CHECK(of[0].density_p05 == of[1].density_p05);
+  CHECK(of[0].density_p95 == of[1].density_p95);
+  CHECK(of[0].density_p05 < of[0].density_p95);
+  CHECK(of[0].front == of[1].front);
+}
