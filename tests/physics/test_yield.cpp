@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Snow that yields: packing shows where it was squeezed; yielding and contact never make energy, at the
-// automatic dt.
+// Snow that yields: where it does under its own weight; packing shows where it was squeezed; yielding and
+// contact never make energy, at the automatic dt.
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "src/core/error.h"
+#include "src/mpm/state.h"
 #include "tests/catch.h"
 #include "tests/physics/snow.h"
 
@@ -43,6 +44,21 @@ double growth(double part) {
     return INFINITY;
   }
   return most;
+}
+
+// Snow between frictionless rollers, as deep as `cells`, its foot on a sticky plane through the first nodes.
+SimulationSetup deep_snow(double dx, int cells) {
+  SimulationSetup setup;
+  setup.dx = dx;
+  setup.sleep = false;
+  setup.snow.push_back(fill(Vec3(0.5, 0.5, 0.5) * dx, Vec3(2.5, cells + 0.5, 2.5) * dx, dx, 2, Material{}));
+  setup.colliders.push_back(plane(Vec3(0, 0.5 * dx, 0), Vec3(0, 1, 0), Contact::sticky, 0));
+  for (const double side : {1.0, -1.0}) {
+    const double at = side > 0 ? 0.5 * dx : 2.5 * dx;
+    setup.colliders.push_back(plane(Vec3(at, 0, 0), Vec3(side, 0, 0), Contact::slip, 0));
+    setup.colliders.push_back(plane(Vec3(0, 0, at), Vec3(0, 0, side), Contact::slip, 0));
+  }
+  return setup;
 }
 
 }  // namespace
@@ -120,4 +136,39 @@ TEST_CASE("two balls that meet are packed where they met, not on their far sides
   INFO("near " << near << ", far " << far << " kg/m^3");
   CHECK(near > 1.2 * 400);
   CHECK(far < 1.05 * 400);
+}
+
+TEST_CASE("snow under its own weight yields from the depth where theta_c is reached", "[physics]") {
+  const double dx = 1. / 32, g = 9.81;
+  SimulationSetup setup = deep_snow(dx, 44);
+  const Material material;
+  const ElasticModuli moduli = elastic_moduli(material);
+  Simulation::State state(best_kernels(), std::move(setup));
+  place_particles(state);
+  state.rebuild_grid();
+  state.summarise();
+  const double top = 44.5 * dx;
+  std::vector<double> depth(state.particles.size());  // as placed, by id
+  for (std::size_t b = 0; b < state.blocks.size(); ++b) {
+    for (std::size_t i = state.blocks.begin[b]; i < state.blocks.begin[b + 1]; ++i) {
+      const auto p = state.particles.view();
+      depth[p.id[i]] = top - (4 * state.blocks.coord[b].y + p.x[1][i] / double(kernels::kOneCell)) * dx;
+    }
+  }
+  // Gravity comes on over ten swings of the column, so that it hardly overshoots.
+  const double rise = 10 * 4 * top / moduli.p_wave_speed;
+  while (state.time < rise) {
+    state.setup.gravity = Vec3(0, -0.5 * g * (1 - std::cos(M_PI * state.time / rise)), 0);
+    state.step(0.9 * stable_limit(state).dt);
+  }
+  double shallowest = 1e9;
+  for (std::size_t i = 0; i < state.particles.size(); ++i) {
+    const auto p = state.particles.view();
+    if (p.Jp[i] < 1) shallowest = std::min(shallowest, depth[p.id[i]]);
+  }
+  const double expected =
+      (2 * moduli.mu + moduli.lambda) * material.critical_compression / (material.density * g);
+  CHECK(expected == Approx(0.991).margin(1e-3));
+  INFO("yields from " << shallowest << " m");
+  CHECK(shallowest == Approx(expected).margin(dx));
 }
