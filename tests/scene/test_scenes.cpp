@@ -35,7 +35,7 @@ std::vector<std::string> scene_names() {
 TEST_CASE("the ten scenes are there, and each is named as its file") {
   for (const char* name :
        {"snowball_drop", "two_snowballs", "snowball_vs_sheet", "snowball_into_sheet", "falling_sheet",
-        "avalanche", "snowfall", "broken_snowball_2d", "boot_print", "plough"}) {
+        "avalanche", "snowfall", "broken_snowball_2d", "boot_print", "plough", "column_collapse"}) {
     CHECK(read_file(name, false).name == name);
   }
 }
