@@ -5,6 +5,7 @@
 
 #include "src/core/error.h"
 #include "src/particles/fields.h"
+#include "src/scene/presets.h"
 #include "tests/catch.h"
 #include "tests/physics/snow.h"
 
@@ -13,7 +14,7 @@ using namespace firn::test;
 
 namespace {
 
-// Two balls that hit each other and the ground at 10 m/s.
+// Balls of every material that hit each other and the ground at 10 m/s.
 SimulationSetup violent_impact() {
   SimulationSetup setup;
   setup.dx = 0.02;
@@ -21,9 +22,16 @@ SimulationSetup violent_impact() {
   chunky.critical_compression = 4e-2;
   Material neo_hookean;
   neo_hookean.model = MaterialModel::neo_hookean;
+  Material clay;
+  clay.model = MaterialModel::cam_clay;
+  clay.compressive_strength = 1e3;
+  clay.hardening = 0.5;
   setup.snow.push_back(ball(Vec3(0, 0.1, 0), 0.09, setup.dx, Material{}, Vec3(5, -10, 0)));
   setup.snow.push_back(ball(Vec3(0.19, 0.1, 0.01), 0.09, setup.dx, chunky, Vec3(-10, -5, 1)));
   setup.snow.push_back(ball(Vec3(0.1, 0.28, 0.01), 0.07, setup.dx, neo_hookean, Vec3(0, -10, 0)));
+  setup.snow.push_back(
+      ball(Vec3(-0.19, 0.15, 0), 0.07, setup.dx, find_preset("sand").material, Vec3(10, -5, 0)));
+  setup.snow.push_back(ball(Vec3(-0.07, 0.28, 0.02), 0.07, setup.dx, clay, Vec3(2, -10, 0)));
   setup.colliders.push_back(plane(Vec3::Zero(), Vec3(0.1, 1, 0), Contact::separating, 0.3));
   return setup;
 }
