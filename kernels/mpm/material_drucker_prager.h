@@ -34,14 +34,7 @@ FIRN_INLINE Sym3 hencky_series(const Deformation& d) {
 __attribute__((noinline, cold)) inline Sym3 hencky_by_svd(const Mat3& f) {
   Svd3 d;
   svd3(f, d);
-  const Floats g0 = log_stretch(d.s[0]), g1 = log_stretch(d.s[1]), g2 = log_stretch(d.s[2]);
-  const Vec3 a = d.u[0], b = d.u[1], c = d.u[2];
-  return {fma(g0, a.x * a.x, fma(g1, b.x * b.x, g2 * (c.x * c.x))),
-          fma(g0, a.y * a.y, fma(g1, b.y * b.y, g2 * (c.y * c.y))),
-          fma(g0, a.z * a.z, fma(g1, b.z * b.z, g2 * (c.z * c.z))),
-          fma(g0, a.x * a.y, fma(g1, b.x * b.y, g2 * (c.x * c.y))),
-          fma(g0, a.x * a.z, fma(g1, b.x * b.z, g2 * (c.x * c.z))),
-          fma(g0, a.y * a.z, fma(g1, b.y * b.z, g2 * (c.y * c.z)))};
+  return along_left_axes(d, log_stretch(d.s[0]), log_stretch(d.s[1]), log_stretch(d.s[2]));
 }
 
 // L. Not inlined, so that the kernels of other materials stay as they are.

@@ -49,12 +49,8 @@ FIRN_INLINE Quadratic stretch_series(const Deformation& d, const Sym3& e2) {
   return times_e_plus(p, i, 0.f);
 }
 
-// Rare, and too long to stand in every kernel.
-__attribute__((noinline, cold)) inline Sym3 stretch_by_svd(const Mat3& f) {
-  Svd3 d;
-  svd3(f, d);
-  const Floats one = splat(1.f);
-  const Floats g0 = d.s[0] - one, g1 = d.s[1] - one, g2 = d.s[2] - one;
+// U diag(g) U^T
+FIRN_INLINE Sym3 along_left_axes(const Svd3& d, Floats g0, Floats g1, Floats g2) {
   const Vec3 a = d.u[0], b = d.u[1], c = d.u[2];
   return {fma(g0, a.x * a.x, fma(g1, b.x * b.x, g2 * (c.x * c.x))),
           fma(g0, a.y * a.y, fma(g1, b.y * b.y, g2 * (c.y * c.y))),
@@ -62,6 +58,14 @@ __attribute__((noinline, cold)) inline Sym3 stretch_by_svd(const Mat3& f) {
           fma(g0, a.x * a.y, fma(g1, b.x * b.y, g2 * (c.x * c.y))),
           fma(g0, a.x * a.z, fma(g1, b.x * b.z, g2 * (c.x * c.z))),
           fma(g0, a.y * a.z, fma(g1, b.y * b.z, g2 * (c.y * c.z)))};
+}
+
+// Rare, and too long to stand in every kernel.
+__attribute__((noinline, cold)) inline Sym3 stretch_by_svd(const Mat3& f) {
+  Svd3 d;
+  svd3(f, d);
+  const Floats one = splat(1.f);
+  return along_left_axes(d, d.s[0] - one, d.s[1] - one, d.s[2] - one);
 }
 
 // Where the series holds. A reflection near the identity has a small E too: only the SVD gives its signed
