@@ -51,6 +51,10 @@ FIRN_INLINE Floats min(Floats a, Floats b) { return _mm512_min_ps(a, b); }
 FIRN_INLINE Floats max(Floats a, Floats b) { return _mm512_max_ps(a, b); }
 FIRN_INLINE Ints round_to_int(Floats a) { return (Ints)_mm512_cvtps_epi32(a); }  // to nearest, ties to even
 FIRN_INLINE Floats to_float(Ints a) { return _mm512_cvtepi32_ps((__m512i)a); }
+// p[index] of the lanes in m, 0 in the others.
+FIRN_INLINE Ints gather(const std::int32_t* p, Ints index, Mask m) {
+  return (Ints)_mm512_mask_i32gather_epi32(_mm512_setzero_si512(), m.bits, (__m512i)index, p, 4);
+}
 // The four floats at p, repeated in every group of four lanes.
 FIRN_INLINE Floats load_repeated4(const float* p) { return _mm512_broadcast_f32x4(_mm_loadu_ps(p)); }
 // Part `part` of the sixteen floats in which each of the four floats at p stands four times.
@@ -112,6 +116,9 @@ FIRN_INLINE Floats min(Floats a, Floats b) { return _mm256_min_ps(a, b); }
 FIRN_INLINE Floats max(Floats a, Floats b) { return _mm256_max_ps(a, b); }
 FIRN_INLINE Ints round_to_int(Floats a) { return (Ints)_mm256_cvtps_epi32(a); }
 FIRN_INLINE Floats to_float(Ints a) { return _mm256_cvtepi32_ps((__m256i)a); }
+FIRN_INLINE Ints gather(const std::int32_t* p, Ints index, Mask m) {
+  return (Ints)_mm256_mask_i32gather_epi32(_mm256_setzero_si256(), p, (__m256i)index, (__m256i)m.bits, 4);
+}
 FIRN_INLINE Floats load_repeated4(const float* p) {
   return _mm256_broadcast_ps(reinterpret_cast<const __m128*>(p));
 }
@@ -195,6 +202,11 @@ FIRN_INLINE Floats min(Floats a, Floats b) { return _mm_min_ps(a, b); }
 FIRN_INLINE Floats max(Floats a, Floats b) { return _mm_max_ps(a, b); }
 FIRN_INLINE Ints round_to_int(Floats a) { return (Ints)_mm_cvtps_epi32(a); }
 FIRN_INLINE Floats to_float(Ints a) { return _mm_cvtepi32_ps((__m128i)a); }
+FIRN_INLINE Ints gather(const std::int32_t* p, Ints index, Mask m) {
+  Ints lanes;
+  for (int l = 0; l < kLanes; ++l) lanes[l] = m.bits[l] ? p[index[l]] : 0;
+  return lanes;
+}
 FIRN_INLINE Floats load_repeated4(const float* p) { return _mm_loadu_ps(p); }
 FIRN_INLINE Floats load_spread4(const float* p, int part) { return _mm_set1_ps(p[part]); }
 template <class V, class T>
@@ -233,8 +245,12 @@ FIRN_INLINE Ints lane_numbers() {
   for (int l = 0; l < kLanes; ++l) lanes[l] = l;
   return lanes;
 }
+FIRN_INLINE Mask mask_of_bits(int bits) {  // lane l where bit l is set
+  return equal((splat_int(bits) >> lane_numbers()) & 1, splat_int(1));
+}
 FIRN_INLINE bool any(Mask m) { return lane_bits(m) != 0; }
 FIRN_INLINE bool all(Mask m) { return lane_bits(m) == kAllLanes; }
+FIRN_INLINE Ints select(Mask m, Ints yes, Ints no) { return (Ints)select(m, (Floats)yes, (Floats)no); }
 FIRN_INLINE Ints min(Ints a, Ints b) { return a < b ? a : b; }
 FIRN_INLINE Ints max(Ints a, Ints b) { return a > b ? a : b; }
 FIRN_INLINE Floats abs(Floats a) { return (Floats)((Ints)a & 0x7fffffff); }

@@ -11,6 +11,7 @@
 //
 // Rays that are not coherent (signs differ, or the bounds grow wide) go one by one through stream.cpp.
 #include "kernels/trace/ball_test.h"
+#include "kernels/trace/cell_list.h"
 #include "kernels/trace/table.h"
 #include "kernels/trace/walk.h"
 
@@ -40,7 +41,6 @@ struct Range {
   bool empty;
 };
 
-FIRN_INLINE Ints select(Mask m, Ints yes, Ints no) { return (Ints)select(m, (Floats)yes, (Floats)no); }
 // Of the lanes in m.
 FIRN_INLINE float lowest_of(Mask m, Floats v) { return -largest_lane(select(m, -v, splat(-kFar))); }
 FIRN_INLINE float highest_of(Mask m, Floats v) { return largest_lane(select(m, v, splat(-kFar))); }
@@ -125,10 +125,10 @@ void test_cells(const TraceGrid& grid, const Range& range, Packet& packet) {
   for (int x = range.low[0]; x <= range.high[0]; ++x) {
     for (int y = range.low[1]; y <= range.high[1]; ++y) {
       for (int z = range.low[2]; z <= range.high[2]; ++z) {
-        const std::uint32_t slot = grid.slot[brick_at(grid, x >> 2, y >> 2, z >> 2)];
-        if (slot == kNoBrick) continue;
+        const std::int32_t slot = grid.slot[brick_at(grid, x >> 2, y >> 2, z >> 2)];
+        if (slot < 0) continue;
         const std::size_t cell = cell_at(slot, x, y, z);
-        for (std::uint64_t b = grid.cell_start[cell]; b < grid.cell_start[cell + 1]; ++b)
+        for (std::uint32_t b = grid.cell_start[cell]; b < grid.cell_start[cell + 1]; ++b)
           test_ball(grid, b, packet);
       }
     }
@@ -139,7 +139,7 @@ bool has_bricks(const TraceGrid& grid, const Range& range) {
   for (int x = range.low[0] >> 2; x <= range.high[0] >> 2; ++x) {
     for (int y = range.low[1] >> 2; y <= range.high[1] >> 2; ++y) {
       for (int z = range.low[2] >> 2; z <= range.high[2] >> 2; ++z) {
-        if (grid.slot[brick_at(grid, x, y, z)] != kNoBrick) return true;
+        if (grid.slot[brick_at(grid, x, y, z)] >= 0) return true;
       }
     }
   }

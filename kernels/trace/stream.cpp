@@ -1,72 +1,131 @@
 // SPDX-License-Identifier: MIT
-// Incoherent rays, one after the other: each walks the grid (leaping through empty bricks by their clearance,
-// then cell by cell, Amanatides & Woo 1987) and tests the balls of a cell 16 at a time. In: grid, rays. Out:
-// distance and particle per ray. A ray is first moved to the grid's edge in double, so that a far camera
-// costs no precision. Every step crosses a plane of the grid for good: the walk always ends.
+// Incoherent rays: a register of them walks the grid in lock step, each lane in a cell of its own (leaping
+// through empty bricks by their clearance), and a lane whose cell holds balls tests them, a register at a
+// time. Lanes whose rays are done take the next rays of the stream. In: grid, rays. Out: distance and
+// particle per ray. A ray from outside is first moved to the grid's edge in double, so that a far camera
+// costs no precision.
 #include "kernels/trace/ball_test.h"
+#include "kernels/trace/cell_list.h"
 #include "kernels/trace/table.h"
 #include "kernels/trace/walk.h"
 
 namespace firn::kernels::FIRN_ISA {
 namespace {
 
-// A cell of a core brick: every ball that can overlap it has its centre within the largest radius of it.
-void test_around(const TraceGrid& grid, const int cell[3], const Ray& ray, Nearest& best) {
-  const int reach = static_cast<int>(grid.max_radius * grid.inv_cell) + 1;
-  int low[3], high[3];
-  for (int a = 0; a < 3; ++a) {
-    low[a] = cell[a] > reach ? cell[a] - reach : 0;
-    high[a] = cell[a] + reach < grid.cells[a] ? cell[a] + reach : grid.cells[a] - 1;
-  }
-  for (int x = low[0]; x <= high[0]; ++x) {
-    for (int y = low[1]; y <= high[1]; ++y) {
-      for (int z = low[2]; z <= high[2]; ++z) {
-        const std::uint32_t slot = grid.slot[brick_at(grid, x >> 2, y >> 2, z >> 2)];
-        if (slot == kNoBrick) continue;
-        const std::size_t place = cell_at(slot, x, y, z);
-        test_run(grid, grid.cell_start[place], grid.cell_start[place + 1], ray, best);
+constexpr int kMostIdle = kLanes / 4;  // lanes without a ray before the stream is asked for more
+
+template <bool kAny>
+class Stream {
+ public:
+  Stream(const TraceGrid& grid, const RayView& rays, std::size_t begin, std::size_t end)
+      : grid_(grid), rays_(rays), next_(begin), end_(end) {}
+
+  void run() {
+    Mask live = mask_of_bits(0);
+    for (;;) {
+      if (next_ < end_ && __builtin_popcount(static_cast<unsigned>(lane_bits(live))) <= kLanes - kMostIdle)
+        live = take_rays(live);
+      if (!any(live)) return;
+      const Ints slot = gather(grid_.slot, walk_.brick(grid_), live);
+      const Mask empty = live & less(slot, splat_int(0)), occupied = live & !empty;
+      Mask done = mask_of_bits(0);
+      if (any(occupied)) {
+        done = test_cells(slot, occupied);
+        done = done | walk_.step(grid_, occupied & !done, load(reach_));
+      }
+      if (any(empty)) done = done | walk_.leap(grid_, empty, -slot, load(reach_));
+      if (any(done)) {
+        finish(lane_bits(done));
+        live = live & !done;
       }
     }
   }
-}
 
-template <bool kAny>
-void trace_ray(const TraceGrid& grid, const RayView& rays, std::size_t i) {
-  Ray ray = load_ray(rays, i);
-  Nearest best{rays.t[i], kNoHit};
-  test_bundles<kAny>(grid.strays, 0, grid.stray_bundles, ray, best);
-  double entry = 0;
-  if (!(kAny && best.particle != kNoHit) && enter_grid(grid, ray, best.t, entry)) {
-    Nearest inside{static_cast<float>(best.t - entry), kNoHit};
-    CellWalk walk(grid, ray);
-    do {
-      const std::uint32_t slot = grid.slot[walk.brick()];
-      if (slot == kNoBrick) {
-        if (!walk.leap(grid.clearance[walk.brick()], inside.t)) break;
-        continue;
-      }
-      if (grid.core[slot]) {
-        test_around(grid, walk.cell(), ray, inside);
-      } else {
-        const std::size_t cell = walk.cell_in(slot);
-        test_bundles<kAny>(grid.bundles, grid.bundle_start[cell], grid.bundle_start[cell + 1], ray, inside);
-      }
-      if (kAny && inside.particle != kNoHit) break;
-    } while (walk.step(inside.t));
-    if (inside.particle != kNoHit) best = {static_cast<float>(entry + inside.t), inside.particle};
+ private:
+  // Gives the idle lanes rays that meet the grid; what the others find is known at once.
+  Mask take_rays(Mask live) {
+    int fresh = 0;
+    for (int idle = ~lane_bits(live) & kAllLanes; idle != 0 && next_ < end_;) {
+      const int lane = __builtin_ctz(static_cast<unsigned>(idle));
+      if (!take(next_++, lane)) continue;
+      fresh |= 1 << lane;
+      idle &= idle - 1;
+    }
+    const Floats o[3] = {load(o_[0]), load(o_[1]), load(o_[2])},
+                 d[3] = {load(d_[0]), load(d_[1]), load(d_[2])};
+    walk_.place(grid_, o, d, mask_of_bits(fresh));
+    return live | mask_of_bits(fresh);
   }
-  rays.hit[i] = best.particle;
-  if (!kAny) rays.t[i] = best.t;
-}
+
+  bool take(std::size_t i, int lane) {
+    Ray ray = load_ray(rays_, i);
+    Nearest stray{rays_.t[i], kNoHit};
+    test_bundles<kAny>(grid_.strays, 0, grid_.stray_bundles, ray, stray);
+    const bool blocked = kAny && stray.particle != kNoHit;
+    const bool walks = !blocked && enter_grid(grid_, ray, stray.t, entry_[lane]);
+    rays_.hit[i] = blocked ? 0 : stray.particle;
+    if (!kAny) rays_.t[i] = stray.t;
+    if (!walks) return false;
+    for (int a = 0; a < 3; ++a) {
+      o_[a][lane] = ray.o[a];
+      d_[a][lane] = ray.d[a];
+    }
+    reach_[lane] = static_cast<float>(stray.t - entry_[lane]);
+    particle_[lane] = kNoHit;
+    ray_[lane] = i;
+    return true;
+  }
+
+  // Tests the balls of the lanes' cells. Returns the lanes that need look no further.
+  Mask test_cells(Ints slot, Mask lanes) {
+    const Ints place = walk_.cell_in(slot);
+    const Ints word = gather(reinterpret_cast<const std::int32_t*>(grid_.list), place, lanes);
+    const int listed = lane_bits(lanes & !equal(word, splat_int(0)));
+    if (listed == 0) return mask_of_bits(0);
+    std::int32_t places[kLanes], cell[3][kLanes];
+    store(places, place);
+    for (int a = 0; a < 3; ++a) store(cell[a], walk_.cell(a));
+    int done = 0;
+    for (int left = listed; left != 0; left &= left - 1) {
+      const int lane = __builtin_ctz(static_cast<unsigned>(left));
+      const Ray ray{{o_[0][lane], o_[1][lane], o_[2][lane]}, {d_[0][lane], d_[1][lane], d_[2][lane]}};
+      const int at[3] = {cell[0][lane], cell[1][lane], cell[2][lane]};
+      Nearest best{reach_[lane], particle_[lane]};
+      test_cell<kAny>(grid_, static_cast<std::size_t>(places[lane]), at, ray, best);
+      reach_[lane] = best.t;
+      particle_[lane] = best.particle;
+      if (kAny && best.particle != kNoHit) done |= 1 << lane;
+    }
+    return mask_of_bits(done);
+  }
+
+  void finish(int lanes) {
+    for (; lanes != 0; lanes &= lanes - 1) {
+      const int lane = __builtin_ctz(static_cast<unsigned>(lanes));
+      if (particle_[lane] == kNoHit) continue;
+      rays_.hit[ray_[lane]] = kAny ? 0 : particle_[lane];
+      if (!kAny) rays_.t[ray_[lane]] = static_cast<float>(entry_[lane] + reach_[lane]);
+    }
+  }
+
+  const TraceGrid& grid_;
+  const RayView& rays_;
+  std::size_t next_, end_;
+  Walk walk_ = {};
+  alignas(64) float o_[3][kLanes] = {}, d_[3][kLanes] = {}, reach_[kLanes] = {};
+  double entry_[kLanes];
+  std::uint32_t particle_[kLanes];
+  std::size_t ray_[kLanes];
+};
 
 }  // namespace
 
 void closest(const TraceGrid& grid, const RayView& rays, std::size_t begin, std::size_t end) {
-  for (std::size_t i = begin; i < end; ++i) trace_ray<false>(grid, rays, i);
+  Stream<false>(grid, rays, begin, end).run();
 }
 
 void occluded(const TraceGrid& grid, const RayView& rays, std::size_t begin, std::size_t end) {
-  for (std::size_t i = begin; i < end; ++i) trace_ray<true>(grid, rays, i);
+  Stream<true>(grid, rays, begin, end).run();
 }
 
 }  // namespace firn::kernels::FIRN_ISA

@@ -2,8 +2,9 @@
 // Rays against the particles of a uniform grid: the views that go in, the functions that answer.
 // Ray space: metres, the grid's lower corner at 0. A particle is hit where a ray ENTERS its ball at a
 // distance > 0: the inside of a ball is snow, not surface, so a ray that starts inside one does not see it.
-// Two lists over the same sorted particles: `cell_start` (by centre: coherent packets, density) and `bundles`
-// (every cell that a ball overlaps, 16 balls a bundle: incoherent rays read them without a gather).
+// Two lists over the same sorted particles: `cell_start` (by centre: coherent packets, density) and, for
+// incoherent rays, bundles of 16 balls for every cell that a ball overlaps. The second are made by the first
+// ray that comes to a cell: few rays go deep into snow, so most cells never need theirs.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -11,7 +12,6 @@
 namespace firn::kernels {
 
 inline constexpr std::uint32_t kNoHit = 0xffffffffu;
-inline constexpr std::uint32_t kNoBrick = 0xffffffffu;
 inline constexpr int kBrickCells = 4;      // a brick is 4x4x4 cells
 inline constexpr int kCellsPerBrick = 64;  // z fastest
 inline constexpr int kRayLanes = 16;
@@ -23,19 +23,29 @@ struct alignas(64) BallBundle {
   std::uint32_t particle[kRayLanes];               // sorted index
 };
 
+// The state of a cell's list, changed by whoever meets the cell first, with atomic operations. A list is
+// bundles [word >> 6, word >> 6 + (word & 63)); 0 is an empty one.
+inline constexpr std::uint32_t kUnlisted = 0xffffffffu;  // nobody has asked yet
+inline constexpr std::uint32_t kNoList = 0xfffffffeu;  // there is none (yet): read the cells around by centre
+inline constexpr std::uint32_t kMostBundles = 63;      // of one list
+inline constexpr std::uint64_t kMostListed = (1ull << 26) - 1;  // bundles in all
+
 struct TraceGrid {
-  float cell = 1, inv_cell = 1;         // m, 1/m
-  int cells[3] = {0, 0, 0};             // multiples of 4
-  int bricks[3] = {0, 0, 0};            // z fastest
-  const std::uint32_t* slot = nullptr;  // per brick: place among the occupied ones, or kNoBrick
-  const std::uint8_t* clearance =
-      nullptr;  // per empty brick: k >= 1, every brick closer than k (Chebyshev) is empty
-  const std::uint64_t* bundle_start = nullptr;  // per cell of an occupied brick, one more at the end
-  const BallBundle* bundles = nullptr;
-  const std::uint8_t* core = nullptr;         // per occupied brick: 1 if it has no bundles
-  const std::uint64_t* cell_start = nullptr;  // likewise, into the sorted columns
+  float cell = 1, inv_cell = 1;  // m, 1/m
+  int cells[3] = {0, 0, 0};      // multiples of 4
+  int bricks[3] = {0, 0, 0};     // z fastest
+  // Per brick: its place among the occupied ones; or -k, k >= 1: every brick closer than k (Chebyshev) is
+  // empty.
+  const std::int32_t* slot = nullptr;
+  // Per cell of an occupied brick, one more at the end, into the sorted columns. 32 bits: there are no more
+  // particles than ids.
+  const std::uint32_t* cell_start = nullptr;
   const float *x = nullptr, *y = nullptr, *z = nullptr, *radius = nullptr;  // sorted particles, m
-  float max_radius = 0;                // m, of the particles in the cells
+  float max_radius = 0;           // m, of the particles in the cells
+  std::uint32_t* list = nullptr;  // per cell of an occupied brick
+  BallBundle* bundles = nullptr;  // room for the lists
+  std::uint64_t* bundles_used = nullptr;
+  std::uint64_t bundle_room = 0;
   const BallBundle* strays = nullptr;  // too large or too far for the cells: every ray tests them
   std::uint64_t stray_bundles = 0;
 };
@@ -55,7 +65,7 @@ struct TraceKernels {
   void (*closest)(const TraceGrid&, const RayView&, std::size_t begin, std::size_t end) = nullptr;
   // The same bits, faster where neighbours in the columns are neighbours in space, as camera rays are.
   void (*closest_coherent)(const TraceGrid&, const RayView&, std::size_t begin, std::size_t end) = nullptr;
-  // Any hit nearer than the reach: `hit` tells whether there is one, t is left alone.
+  // Any hit nearer than the reach: `hit` is 0 where there is one, else kNoHit; t is left alone.
   void (*occluded)(const TraceGrid&, const RayView&, std::size_t begin, std::size_t end) = nullptr;
 };
 

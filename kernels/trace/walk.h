@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A ray's way through the cells: entry into the grid, steps from cell to cell, leaps over empty bricks.
+// Rays' way through the cells: entry into the grid, steps from cell to cell, leaps over empty bricks.
 #pragma once
 #include "kernels/trace/ball_test.h"
 #include "kernels/trace/table.h"
@@ -8,6 +8,13 @@ namespace firn::kernels::FIRN_ISA {
 
 // Moves the ray's origin to where it enters the grid, `entry` metres on. False if it misses within `reach`.
 inline bool enter_grid(const TraceGrid& grid, Ray& ray, float reach, double& entry) {
+  entry = 0;
+  bool inside = grid.cells[0] > 0;
+  for (int a = 0; a < 3; ++a) {
+    const float size = grid.cell * static_cast<float>(grid.cells[a]);
+    inside = inside && ray.o[a] >= 0 && ray.o[a] <= size;
+  }
+  if (inside) return reach >= 0;
   double t_in = 0, t_out = reach;
   for (int a = 0; a < 3; ++a) {
     const double size = static_cast<double>(grid.cell) * grid.cells[a], o = ray.o[a], d = ray.d[a];
@@ -26,84 +33,102 @@ inline bool enter_grid(const TraceGrid& grid, Ray& ray, float reach, double& ent
   return true;
 }
 
-FIRN_INLINE std::size_t brick_at(const TraceGrid& grid, int x, int y, int z) {
-  return (static_cast<std::size_t>(x) * grid.bricks[1] + y) * grid.bricks[2] + z;
-}
-// The cell's place in cell_start and bundle_start.
-FIRN_INLINE std::size_t cell_at(std::uint32_t slot, int x, int y, int z) {
-  return static_cast<std::size_t>(slot) * kCellsPerBrick + ((x & 3) << 4) + ((y & 3) << 2) + (z & 3);
-}
-
-class CellWalk {
+// Where a register of rays stands in the grid: each lane has a cell of its own and the distances to the next
+// plane of each axis (Amanatides & Woo 1987). Every step crosses a plane for good, so every walk ends.
+class Walk {
  public:
-  CellWalk(const TraceGrid& grid, const Ray& ray) : grid_(grid), ray_(ray) {
+  // Lanes in `fresh` stand where their rays begin; o must lie in the grid.
+  FIRN_INLINE void place(const TraceGrid& grid, const Floats o[3], const Floats d[3], Mask fresh) {
     for (int a = 0; a < 3; ++a) {
-      forward_[a] = ray.d[a] >= 0;
-      inv_[a] = ray.d[a] == 0 ? kFar : 1 / ray.d[a];
-      cell_[a] = clamp(static_cast<int>(ray.o[a] * grid.inv_cell), 0, grid.cells[a] - 1);
-      aim(a);
+      o_[a] = o[a];
+      d_[a] = d[a];
+      const Mask flat = less_equal(abs(d[a]), splat(0));
+      inv_[a] = select(flat, splat(kFar), splat(1) / d[a]);
+      ahead_[a] = select(less(d[a], splat(0)), splat_int(0), splat_int(1));
+      cell_[a] = select(fresh, cell_of(grid, a, o[a]), cell_[a]);
+      aim(grid, a);
     }
   }
 
-  std::size_t brick() const { return brick_at(grid_, cell_[0] >> 2, cell_[1] >> 2, cell_[2] >> 2); }
-  const int* cell() const { return cell_; }
-  std::size_t cell_in(std::uint32_t slot) const { return cell_at(slot, cell_[0], cell_[1], cell_[2]); }
-
-  // On to the next cell; false at the grid's end or when the present cell reaches beyond `reach`.
-  bool step(float reach) {
-    const int a = nearest_axis(next_);
-    if (next_[a] >= reach) return false;
-    cell_[a] += forward_[a] ? 1 : -1;
-    if (static_cast<unsigned>(cell_[a]) >= static_cast<unsigned>(grid_.cells[a])) return false;
-    aim(a);
-    return true;
+  Ints cell(int a) const { return cell_[a]; }
+  FIRN_INLINE Ints brick(const TraceGrid& grid) const {
+    return ((cell_[0] >> 2) * grid.bricks[1] + (cell_[1] >> 2)) * grid.bricks[2] + (cell_[2] >> 2);
+  }
+  FIRN_INLINE Ints cell_in(Ints slot) const {
+    return slot * kCellsPerBrick + (((cell_[0] & 3) << 4) + ((cell_[1] & 3) << 2) + (cell_[2] & 3));
   }
 
-  // Out of the cube of empty bricks within `clearance` of this one.
-  bool leap(int clearance, float reach) {
-    int low[3], high[3];
-    float exit[3];
+  // Lanes in `m` go on to the next cell. Those returned stop: at the grid's end, or because the present cell
+  // reaches beyond `reach`.
+  FIRN_INLINE Mask step(const TraceGrid& grid, Mask m, Floats reach) {
+    Mask out[3];
+    const Floats t = nearest(next_, out);
+    Mask stopped = less_equal(reach, t);
     for (int a = 0; a < 3; ++a) {
-      low[a] = ((cell_[a] >> 2) - clearance + 1) * kBrickCells;
-      high[a] = ((cell_[a] >> 2) + clearance) * kBrickCells;
-      exit[a] = plane_distance(a, forward_[a] ? high[a] : low[a]);
+      const Mask moved = m & out[a];
+      cell_[a] = select(moved, cell_[a] + 2 * ahead_[a] - 1, cell_[a]);
+      stopped = stopped | (moved & outside(grid, a));
+      aim(grid, a);
     }
-    const int out = nearest_axis(exit);
-    const float t = exit[out];
-    if (t >= reach) return false;
+    return stopped & m;
+  }
+
+  // Lanes in `m` go out of the cube of empty bricks within `clearance` of theirs. Returns those that stop.
+  FIRN_INLINE Mask leap(const TraceGrid& grid, Mask m, Ints clearance, Floats reach) {
+    Ints low[3], high[3];
+    Floats exit[3];
     for (int a = 0; a < 3; ++a) {
-      if (a == out) {
-        cell_[a] = forward_[a] ? high[a] : low[a] - 1;
-        if (static_cast<unsigned>(cell_[a]) >= static_cast<unsigned>(grid_.cells[a])) return false;
-      } else {
-        const int there = static_cast<int>((ray_.o[a] + t * ray_.d[a]) * grid_.inv_cell);
-        const int ahead = clamp(there, forward_[a] ? cell_[a] : low[a], forward_[a] ? high[a] - 1 : cell_[a]);
-        cell_[a] = clamp(ahead, 0, grid_.cells[a] - 1);
-      }
+      const Ints brick = cell_[a] >> 2;
+      low[a] = (brick - clearance + 1) * kBrickCells;
+      high[a] = (brick + clearance) * kBrickCells;
+      exit[a] = plane_distance(grid, a, select(forward(a), high[a], low[a]));
     }
-    for (int a = 0; a < 3; ++a) aim(a);
-    return true;
+    Mask out[3];
+    const Floats t = nearest(exit, out);
+    Mask stopped = less_equal(reach, t);
+    for (int a = 0; a < 3; ++a) {
+      const Ints there = cell_of(grid, a, fma(t, d_[a], o_[a]));
+      const Ints least = select(forward(a), cell_[a], low[a]),
+                 most = select(forward(a), high[a] - 1, cell_[a]);
+      const Ints ahead = max(min(max(there, least), most), splat_int(0));
+      const Ints aside = min(ahead, splat_int(grid.cells[a] - 1));
+      const Ints crossed = select(forward(a), high[a], low[a] - 1);
+      cell_[a] = select(m, select(out[a], crossed, aside), cell_[a]);
+      stopped = stopped | (out[a] & outside(grid, a));
+      aim(grid, a);
+    }
+    return stopped & m;
   }
 
  private:
   static constexpr float kFar = 3e38f;
-  static int clamp(int v, int low, int high) { return v < low ? low : v > high ? high : v; }
-  static int nearest_axis(const float t[3]) {
-    return t[0] < t[1] ? (t[0] < t[2] ? 0 : 2) : (t[1] < t[2] ? 1 : 2);
+
+  FIRN_INLINE Mask forward(int a) const { return less(splat_int(0), ahead_[a]); }
+  FIRN_INLINE Mask outside(const TraceGrid& grid, int a) const {
+    return less(cell_[a], splat_int(0)) | !less(cell_[a], splat_int(grid.cells[a]));
+  }
+  FIRN_INLINE static Ints cell_of(const TraceGrid& grid, int a, Floats p) {
+    const Floats last = splat(static_cast<float>(grid.cells[a] - 1));
+    return __builtin_convertvector(max(min(p * grid.inv_cell, last), splat(0)), Ints);
+  }
+  // The least of three distances, and whose it is.
+  FIRN_INLINE static Floats nearest(const Floats t[3], Mask out[3]) {
+    const Floats least = min(t[0], min(t[1], t[2]));
+    out[0] = less_equal(t[0], least);
+    out[1] = less_equal(t[1], least) & !out[0];
+    out[2] = !(out[0] | out[1]);
+    return least;
+  }
+  FIRN_INLINE Floats plane_distance(const TraceGrid& grid, int a, Ints plane) const {
+    const Floats t = (to_float(plane) * grid.cell - o_[a]) * inv_[a];
+    return select(less(splat(0.5f * kFar), inv_[a]), splat(kFar), t);
+  }
+  FIRN_INLINE void aim(const TraceGrid& grid, int a) {
+    next_[a] = plane_distance(grid, a, cell_[a] + ahead_[a]);
   }
 
-  float plane_distance(int a, int plane) const {
-    if (inv_[a] == kFar) return kFar;
-    return (static_cast<float>(plane) * grid_.cell - ray_.o[a]) * inv_[a];
-  }
-  void aim(int a) { next_[a] = plane_distance(a, cell_[a] + (forward_[a] ? 1 : 0)); }
-
-  const TraceGrid& grid_;
-  const Ray& ray_;
-  bool forward_[3];
-  float inv_[3];  // 1/m-ish: 1 / direction
-  int cell_[3];
-  float next_[3];  // m, to the next plane of each axis
+  Floats o_[3], d_[3], inv_[3], next_[3];  // m; next_: to the next plane of each axis
+  Ints cell_[3], ahead_[3];                // ahead_: 1 where the ray goes up the axis
 };
 
 }  // namespace firn::kernels::FIRN_ISA

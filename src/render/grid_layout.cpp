@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "kernels/trace/table.h"
@@ -23,45 +24,55 @@ constexpr std::size_t kChunk = 8192;
 struct Statistics {
   Bounds bounds;
   double spacing_sum = 0;
+  float max_radius = 0;
   std::size_t bad = SIZE_MAX;  // index of a particle that cannot be drawn
 
   void include(const Statistics& other) {
     bounds.include(other.bounds);
     spacing_sum += other.spacing_sum;
+    max_radius = std::max(max_radius, other.max_radius);
     bad = std::min(bad, other.bad);
   }
 };
 
-// Bounds and spacings of particles [begin, end); sets their radii.
-Statistics measure(const Snapshot& snapshot, const std::vector<SnowLook>& looks, std::size_t begin,
-                   std::size_t end, std::vector<float>& radius) {
+// Of particles [begin, end).
+Statistics measure(const Snapshot& snapshot, BallSizes sizes, std::size_t begin, std::size_t end) {
   Statistics part;
+  constexpr float kInf = std::numeric_limits<float>::infinity();
+  float low[3] = {kInf, kInf, kInf}, high[3] = {-kInf, -kInf, -kInf};
   for (std::size_t i = begin; i < end; ++i) {
-    const Vec3 p = snapshot.world_position(i);
-    if (!p.allFinite() || !std::isfinite(snapshot.volume0[i]) || p.cwiseAbs().maxCoeff() > kFarthest) {
-      part.bad = std::min(part.bad, i);
-      continue;
+    float sum = snapshot.volume0[i];
+    for (int a = 0; a < 3; ++a) {
+      const float x = snapshot.x[a][i];
+      sum += std::fabs(x);
+      low[a] = x < low[a] ? x : low[a];
+      high[a] = x > high[a] ? x : high[a];
     }
-    const double spacing = portable_cbrt(snapshot.volume0[i]);
-    const SnowLook look =
-        looks.empty() ? SnowLook{} : looks[std::min<std::size_t>(snapshot.object[i], looks.size() - 1)];
-    radius[i] = static_cast<float>(spacing * look.radius);
-    part.bounds.include(p);
-    part.spacing_sum += spacing;
+    if (!(sum <= static_cast<float>(kFarthest))) {
+      part.bad = i;
+      return part;
+    }
+    part.max_radius = std::max(part.max_radius, sizes.radius(snapshot, i));
+    part.spacing_sum += sizes.spacing();
   }
+  part.bounds.include(snapshot.origin + Vec3(low[0], low[1], low[2]));
+  part.bounds.include(snapshot.origin + Vec3(high[0], high[1], high[2]));
   return part;
 }
 
 // Lays cells over the bounds; false if their table of bricks is too large.
-bool fit(GridLayout& layout, const Bounds& bounds, double cell) {
+bool fit(GridLayout& layout, const Snapshot& snapshot, const Bounds& bounds, double cell) {
   layout.cell = cell;
   if (bounds.empty()) return true;
   const double margin = kMaxRadiusCells * cell;
-  layout.origin = bounds.min - Vec3::Constant(margin);
   double table = 1;
   for (int a = 0; a < 3; ++a) {
+    // The shift in float, as the particles are moved by it; then the origin that belongs to it.
+    layout.shift[a] = static_cast<float>(snapshot.origin[a] - (bounds.min[a] - margin));
+    layout.origin[a] = snapshot.origin[a] - static_cast<double>(layout.shift[a]);
     const double bricks = std::ceil((bounds.size()[a] + 2 * margin) / (kernels::kBrickCells * cell));
     layout.bricks[a] = static_cast<int>(std::min(bricks, 1e6));
+    layout.size[a] = static_cast<float>(kernels::kBrickCells * layout.bricks[a]) * static_cast<float>(cell);
     table *= bricks;
   }
   return table <= kMaxBricks;
@@ -89,8 +100,9 @@ Bounds trim(const Snapshot& snapshot, const Bounds& all, double spacing) {
 std::size_t count_strays(const Snapshot& snapshot, const GridLayout& layout) {
   std::vector<std::size_t> parts((snapshot.size() + kChunk - 1) / kChunk, 0);
   parallel_chunks(snapshot.size(), kChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+    BallSizes sizes = layout.sizes;
     for (std::size_t i = begin; i < end; ++i) {
-      parts[chunk] += !layout.holds(layout.local(snapshot, i), layout.radius[i]);
+      parts[chunk] += !layout.holds(layout.local(snapshot, i), sizes.radius(snapshot, i));
     }
   });
   std::size_t sum = 0;
@@ -100,10 +112,22 @@ std::size_t count_strays(const Snapshot& snapshot, const GridLayout& layout) {
 
 }  // namespace
 
+float BallSizes::radius(const Snapshot& snapshot, std::size_t i) {
+  if (snapshot.volume0[i] != volume_ || snapshot.object[i] != object_) {
+    volume_ = snapshot.volume0[i];
+    object_ = snapshot.object[i];
+    spacing_ = portable_cbrt(volume_);
+    const SnowLook look =
+        looks_->empty() ? SnowLook{} : (*looks_)[std::min<std::size_t>(object_, looks_->size() - 1)];
+    radius_ = static_cast<float>(spacing_ * look.radius);
+  }
+  return radius_;
+}
+
 bool GridLayout::holds(const Vec3f& local, float ball_radius) const {
-  if (ball_radius > kMaxRadiusCells * cell) return false;
+  if (!(ball_radius <= static_cast<float>(kMaxRadiusCells * cell))) return false;
   for (int a = 0; a < 3; ++a) {
-    if (!(local[a] >= 0 && local[a] < kernels::kBrickCells * bricks[a] * cell)) return false;
+    if (!(local[a] >= 0 && local[a] < size[a])) return false;
   }
   return true;
 }
@@ -111,11 +135,11 @@ bool GridLayout::holds(const Vec3f& local, float ball_radius) const {
 GridLayout lay_out_grid(const Snapshot& snapshot, const std::vector<SnowLook>& looks) {
   const std::size_t count = snapshot.size();
   GridLayout layout;
+  layout.sizes = BallSizes(looks);
   layout.origin = snapshot.origin;
-  layout.radius.resize(count);
   std::vector<Statistics> parts((count + kChunk - 1) / kChunk);
   parallel_chunks(count, kChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-    parts[chunk] = measure(snapshot, looks, begin, end, layout.radius);
+    parts[chunk] = measure(snapshot, layout.sizes, begin, end);
   });
   Statistics all;
   for (const Statistics& part : parts) all.include(part);
@@ -127,10 +151,12 @@ GridLayout lay_out_grid(const Snapshot& snapshot, const std::vector<SnowLook>& l
   if (count > 0) layout.spacing = std::max(all.spacing_sum / static_cast<double>(count), 1e-9);
   Bounds bounds = all.bounds;
   double cell = kCellSpacings * layout.spacing;
-  if (!fit(layout, bounds, cell)) bounds = trim(snapshot, bounds, layout.spacing);
+  if (!fit(layout, snapshot, bounds, cell)) bounds = trim(snapshot, bounds, layout.spacing);
   for (;; cell *= 1.25) {
-    if (!fit(layout, bounds, cell)) continue;
-    if (count_strays(snapshot, layout) <= kMaxStrays) return layout;
+    if (!fit(layout, snapshot, bounds, cell)) continue;
+    const bool holds_all = bounds.min == all.bounds.min && bounds.max == all.bounds.max &&
+                           all.max_radius <= static_cast<float>(kMaxRadiusCells * cell);
+    if (holds_all || count_strays(snapshot, layout) <= kMaxStrays) return layout;
     bounds = all.bounds;
   }
 }

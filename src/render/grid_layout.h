@@ -10,15 +10,33 @@
 
 namespace firn {
 
+// The radius of each particle's ball: its look's share of its spacing, the cube root of its volume. Remembers
+// the last, since neighbours are mostly alike; copy it for a loop of one's own.
+class BallSizes {
+ public:
+  BallSizes() = default;
+  explicit BallSizes(const std::vector<SnowLook>& looks) : looks_(&looks) {}
+  float radius(const Snapshot& snapshot, std::size_t i);  // m
+  double spacing() const { return spacing_; }             // m, of the particle last asked for
+
+ private:
+  const std::vector<SnowLook>* looks_ = nullptr;
+  float volume_ = -1, radius_ = 0;
+  std::uint16_t object_ = 0;
+  double spacing_ = 0;
+};
+
 struct GridLayout {
   Vec3 origin = Vec3::Zero();  // m, world place of the render space's 0: the lower corner of the cells
+  float shift[3] = {0, 0, 0};  // m, from the snapshot's positions to render space
   double spacing = 1;          // m, mean particle spacing
   double cell = 1;             // m
   int bricks[3] = {0, 0, 0};   // of 4x4x4 cells
-  std::vector<float> radius;   // m, of each particle's ball, in snapshot order
+  float size[3] = {0, 0, 0};   // m, of all cells
+  BallSizes sizes;
 
   Vec3f local(const Snapshot& snapshot, std::size_t i) const {
-    return (snapshot.world_position(i) - origin).cast<float>();
+    return {snapshot.x[0][i] + shift[0], snapshot.x[1][i] + shift[1], snapshot.x[2][i] + shift[2]};
   }
   // Whether a ball belongs into the cells; else it is a stray: too large or too far.
   bool holds(const Vec3f& local, float ball_radius) const;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// A uniform grid over the balls of one snapshot, rebuilt every frame by a counting sort: Snapshot -> sorted
-// balls -> cells -> the view that the trace kernels read. Two floors: a dense table of bricks (4x4x4 cells)
-// over the bounds, cells only for bricks that a ball touches; so empty air costs 5 bytes a brick. Balls too
-// large or too far for the cells become strays, which every ray tests. Everything is a pure function of the
-// snapshot: counts are integers, and each cell's balls are in snapshot order.
+// A uniform grid over the balls of one snapshot, rebuilt every frame by a counting sort: Snapshot -> brick
+// and cell of each ball -> sorted balls -> the view that the trace kernels read. Two floors: a dense table of
+// bricks (4x4x4 cells) over the bounds, cells only for bricks that a ball touches; so empty air costs 4 bytes
+// a brick. Balls too large or too far for the cells become strays, which every ray tests. All that is built
+// here is a pure function of the snapshot: each cell's balls are in snapshot order. The order that the
+// simulation keeps (blocks of neighbours) makes the sort read and write near places.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -16,27 +17,31 @@ namespace firn {
 
 inline constexpr std::size_t kNoCell = SIZE_MAX;
 
-// A cell's place in cell_start, bundle_start and SnowSurface's nodes; kNoCell outside the occupied bricks.
+// A cell's place in cell_start and SnowSurface's nodes; kNoCell outside the occupied bricks.
 inline std::size_t cell_index(const kernels::TraceGrid& grid, int x, int y, int z) {
   if (x < 0 || y < 0 || z < 0 || x >= grid.cells[0] || y >= grid.cells[1] || z >= grid.cells[2])
     return kNoCell;
-  const std::uint32_t slot =
+  const std::int32_t slot =
       grid.slot[(static_cast<std::size_t>(x >> 2) * grid.bricks[1] + (y >> 2)) * grid.bricks[2] + (z >> 2)];
-  if (slot == kernels::kNoBrick) return kNoCell;
+  if (slot < 0) return kNoCell;
   return static_cast<std::size_t>(slot) * kernels::kCellsPerBrick + ((x & 3) << 4) + ((y & 3) << 2) + (z & 3);
 }
+
+// How large a ball is: as its look says, or fitted to the snow around it (see fit_radii).
+enum class Radii { plain, fitted };
 
 class RenderGrid {
  public:
   // An unstable Error if a position or volume is not finite.
-  void build(const Snapshot& snapshot, const std::vector<SnowLook>& looks);
+  void build(const Snapshot& snapshot, const std::vector<SnowLook>& looks, Radii radii = Radii::fitted);
 
   const kernels::TraceGrid& view() const { return view_; }
   std::size_t size() const { return order_.size(); }
   Vec3 origin() const { return layout_.origin; }      // m, world place of the render space's 0
   double spacing() const { return layout_.spacing; }  // m, mean particle spacing
   const std::vector<std::uint32_t>& brick_of_slot() const { return brick_of_slot_; }  // occupied bricks
-  bool is_core(std::size_t slot) const { return core_[slot] != 0; }
+  // Whether no ray from the open gets into this brick; known when radii are fitted.
+  bool is_core(std::size_t slot) const { return slot < core_.size() && core_[slot] != 0; }
   std::size_t bytes() const;
 
   // Of a sorted index.
@@ -46,25 +51,35 @@ class RenderGrid {
 
  private:
   void open_view();
-  void place_bricks(const Snapshot& snapshot);
+  void find_cells(const Snapshot& snapshot);
+  void number_bricks();
+  void sort_by_brick(std::size_t count);
+  void sort_bricks(const Snapshot& snapshot);
+  void open_touched_bricks();
   void measure_clearance();
-  void sort_balls(const Snapshot& snapshot);
   void find_core();
   void fit_radii();
-  float count_neighbours(const int cell[3], std::uint64_t s) const;
-  void fill_bundles();
-  void fill_strays();
-  void publish();
+  float count_neighbours(const int cell[3], std::uint32_t s) const;
+  void open_lists();
+  void list_strays();
+  std::size_t bricks_in_table() const {
+    return static_cast<std::size_t>(view_.bricks[0]) * view_.bricks[1] * view_.bricks[2];
+  }
 
   GridLayout layout_;
   kernels::TraceGrid view_;
-  std::vector<std::uint32_t> slot_;
-  std::vector<std::uint8_t> clearance_, core_;
+  std::vector<std::int32_t> slot_;
+  std::vector<std::uint8_t> core_;
   std::vector<std::uint32_t> brick_of_slot_;
-  std::vector<std::uint64_t> cell_start_, bundle_start_;
+  std::vector<std::uint32_t> cell_start_, list_;
   std::vector<std::uint32_t> order_;  // sorted -> snapshot index; strays last
   std::vector<float> x_[3], radius_;  // m, sorted
   std::vector<kernels::BallBundle> bundles_, strays_;
+  std::uint64_t bundles_used_ = 0;
+  // Of the sort alone.
+  std::vector<std::uint32_t> code_, by_brick_;
+  std::vector<std::uint32_t> brick_start_;  // per slot, one more at the end
+  std::vector<std::uint32_t> touched_;  // per slot: the bricks around it that its balls reach into, 27 bits
 };
 
 }  // namespace firn

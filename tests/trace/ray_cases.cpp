@@ -60,6 +60,17 @@ bool surely_hit(const RenderGrid& grid, std::size_t balls, const OneRay& ray, do
   return false;
 }
 
+// Whether some ball may be hit at a distance in (0, before), for all that rounding can do.
+bool may_hit(const RenderGrid& grid, const OneRay& ray, double before, double slack) {
+  for (std::size_t ball = 0; ball < grid.size(); ++ball) {
+    const auto meeting = meet(grid, ray, ball);
+    const double r = grid.radius(static_cast<std::uint32_t>(ball));
+    const double t_error = slack + std::sqrt(4 * slack * r);
+    if (meeting.depth2 > -4 * slack * r && meeting.t > -t_error && meeting.t < before + t_error) return true;
+  }
+  return false;
+}
+
 std::string complaint(const char* what, std::size_t ray, std::size_t ball, double t) {
   std::ostringstream text;
   text << "ray " << ray << " " << what << " ball " << ball << " at " << t;
@@ -92,7 +103,7 @@ Snapshot cloud(std::size_t count, std::uint64_t seed, double uneven) {
 
 RayStream make_rays(const RenderGrid& grid, RayKind kind, std::size_t count, std::uint64_t seed) {
   RayStream rays;
-  const auto balls = static_cast<std::uint64_t>(grid.view().cell_start[grid.brick_of_slot().size() * 64]);
+  const auto balls = std::uint64_t{grid.view().cell_start[grid.brick_of_slot().size() * 64]};
   const Vec3 center =
       0.5 * grid.view().cell * Vec3(grid.view().cells[0], grid.view().cells[1], grid.view().cells[2]);
   for (std::size_t i = 0; i < count; ++i) {
@@ -174,12 +185,8 @@ std::string judge_occluded(TraceFunction occluded, const RenderGrid& grid, RaySt
         return complaint("missed", i, which, 0);
       continue;
     }
-    const auto meeting = meet(grid, ray, rays.hit(i));
-    const double r = grid.radius(rays.hit(i));
-    const double t_error = error + std::sqrt(4 * error * r);
-    if (meeting.depth2 < -4 * error * r || meeting.t < -t_error || meeting.t > asked.t(i) + t_error) {
-      return complaint("cannot be blocked by", i, rays.hit(i), meeting.t);
-    }
+    if (rays.hit(i) != 0) return complaint("names", i, rays.hit(i), 0);
+    if (!may_hit(grid, ray, asked.t(i), error)) return complaint("cannot be blocked by", i, 0, 0);
   }
   return {};
 }

@@ -21,10 +21,10 @@ std::uint64_t fingerprint(const RenderGrid& grid) {
   std::uint64_t hash = 0;
   for (std::uint32_t i = 0; i < grid.size(); ++i) hash = hash_keys(hash, grid.snapshot_index(i));
   const auto& view = grid.view();
-  const std::uint64_t cells = grid.brick_of_slot().size() * kernels::kCellsPerBrick;
-  for (std::uint64_t b = 0; b < view.bundle_start[cells]; ++b) {
-    for (const std::uint32_t particle : view.bundles[b].particle) hash = hash_keys(hash, particle);
-  }
+  for (std::size_t c = 0; c <= grid.brick_of_slot().size() * kernels::kCellsPerBrick; ++c)
+    hash = hash_keys(hash, view.cell_start[c]);
+  for (int b = 0; b < view.bricks[0] * view.bricks[1] * view.bricks[2]; ++b)
+    hash = hash_keys(hash, static_cast<std::uint64_t>(view.slot[b]));
   return hash;
 }
 

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+// The list of balls that overlap one cell, made by the first ray that comes to it from the balls sorted by
+// centre. Whoever changes the cell's word from kUnlisted to kNoList makes the list and then publishes it;
+// rays of other threads that come meanwhile read the cells around by centre, as all do when there is no room
+// left. The nearest hit is the same either way.
+#pragma once
+#include "kernels/trace/ball_test.h"
+#include "kernels/trace/table.h"
+
+namespace firn::kernels::FIRN_ISA {
+
+// Balls are entered in every cell within this of them, in cells: covers the rounding of a ray's walk.
+inline constexpr float kCellMargin = 1e-3f;
+
+FIRN_INLINE std::size_t brick_at(const TraceGrid& grid, int x, int y, int z) {
+  return (static_cast<std::size_t>(x) * grid.bricks[1] + y) * grid.bricks[2] + z;
+}
+// The cell's place in cell_start and list.
+FIRN_INLINE std::size_t cell_at(std::int32_t slot, int x, int y, int z) {
+  return static_cast<std::size_t>(slot) * kCellsPerBrick + ((x & 3) << 4) + ((y & 3) << 2) + (z & 3);
+}
+
+// Calls run(begin, end) for the sorted balls whose cells lie within `reach` cells of this one. Cells that
+// follow one another along z in a brick are one run.
+template <class Run>
+FIRN_INLINE void for_each_run_around(const TraceGrid& grid, const int cell[3], int reach, Run&& run) {
+  int low[3], high[3];
+  for (int a = 0; a < 3; ++a) {
+    low[a] = cell[a] > reach ? cell[a] - reach : 0;
+    high[a] = cell[a] + reach < grid.cells[a] ? cell[a] + reach : grid.cells[a] - 1;
+  }
+  for (int x = low[0]; x <= high[0]; ++x) {
+    for (int y = low[1]; y <= high[1]; ++y) {
+      for (int z = low[2]; z <= high[2];) {
+        const int last = (z | 3) < high[2] ? (z | 3) : high[2];
+        const std::int32_t slot = grid.slot[brick_at(grid, x >> 2, y >> 2, z >> 2)];
+        if (slot >= 0) {
+          const std::size_t place = cell_at(slot, x, y, z);
+          const std::uint32_t begin = grid.cell_start[place], end = grid.cell_start[place + (last - z) + 1];
+          if (begin < end) run(begin, end);
+        }
+        z = last + 1;
+      }
+    }
+  }
+}
+
+FIRN_INLINE int cells_reached(const TraceGrid& grid) {
+  return static_cast<int>(grid.max_radius * grid.inv_cell + kCellMargin) + 1;
+}
+
+// The part of the squared distance from balls at p to the cell that one axis makes up.
+FIRN_INLINE Floats gap2(const TraceGrid& grid, Floats p, int cell) {
+  const float low = static_cast<float>(cell) * grid.cell;
+  const Floats gap = max(max(low - p, p - (low + grid.cell)), splat(0));
+  return gap * gap;
+}
+
+inline void fill_bundle(const TraceGrid& grid, const std::uint32_t* ball, int count, BallBundle& bundle) {
+  for (int i = 0; i < kRayLanes; ++i) {
+    const std::uint32_t b = ball[i < count ? i : 0];
+    bundle.x[i] = grid.x[b];
+    bundle.y[i] = grid.y[b];
+    bundle.z[i] = grid.z[b];
+    bundle.r2[i] = i < count ? grid.radius[b] * grid.radius[b] : -1.f;
+    bundle.particle[i] = i < count ? b : kNoHit;
+  }
+}
+
+// The cell's word after this call; kNoList where it cannot have a list.
+inline std::uint32_t make_list(const TraceGrid& grid, std::size_t place, const int cell[3]) {
+  std::uint32_t word = kUnlisted;
+  if (!__atomic_compare_exchange_n(&grid.list[place], &word, kNoList, false, __ATOMIC_ACQUIRE,
+                                   __ATOMIC_ACQUIRE))
+    return word;
+  constexpr int kMost = static_cast<int>(kMostBundles) * kRayLanes;
+  std::uint32_t found[kMost + kLanes];
+  int count = 0;
+  const float margin = kCellMargin * grid.cell;
+  for_each_run_around(grid, cell, cells_reached(grid), [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t b = begin; b < end && count <= kMost; b += kLanes) {
+      const int some = end - b < kLanes ? static_cast<int>(end - b) : kLanes;
+      const Floats reach = load_first(grid.radius + b, some, 0.f) + margin;
+      const Floats distance2 = gap2(grid, load_first(grid.x + b, some, 0.f), cell[0]) +
+                               gap2(grid, load_first(grid.y + b, some, 0.f), cell[1]) +
+                               gap2(grid, load_first(grid.z + b, some, 0.f), cell[2]);
+      const Mask in = less_equal(distance2, reach * reach) & mask_of_first(some);
+      if (count + kLanes > kMost + kLanes) continue;
+      store_packed(reinterpret_cast<std::int32_t*>(found + count), in,
+                   lane_numbers() + static_cast<std::int32_t>(b));
+      count += __builtin_popcount(static_cast<unsigned>(lane_bits(in)));
+    }
+  });
+  if (count > kMost) return kNoList;
+  word = 0;
+  if (count > 0) {
+    const auto bundles = static_cast<std::uint64_t>((count + kRayLanes - 1) / kRayLanes);
+    const std::uint64_t first = __atomic_fetch_add(grid.bundles_used, bundles, __ATOMIC_RELAXED);
+    if (first + bundles > grid.bundle_room) return kNoList;
+    for (std::uint64_t k = 0; k < bundles; ++k) {
+      const int from = static_cast<int>(k) * kRayLanes;
+      fill_bundle(grid, found + from, count - from, grid.bundles[first + k]);
+    }
+    word = static_cast<std::uint32_t>(first << 6 | bundles);
+  }
+  __atomic_store_n(&grid.list[place], word, __ATOMIC_RELEASE);
+  return word;
+}
+
+// One ray against all balls that overlap a cell.
+template <bool kAny>
+FIRN_INLINE void test_cell(const TraceGrid& grid, std::size_t place, const int cell[3], const Ray& ray,
+                           Nearest& best) {
+  std::uint32_t word = __atomic_load_n(&grid.list[place], __ATOMIC_ACQUIRE);
+  if (word == kUnlisted) word = make_list(grid, place, cell);
+  if (word == kNoList) {
+    for_each_run_around(grid, cell, cells_reached(grid), [&](std::uint32_t begin, std::uint32_t end) {
+      test_run(grid, begin, end, ray, best);
+    });
+  } else {
+    test_bundles<kAny>(grid.bundles, word >> 6, (word >> 6) + (word & kMostBundles), ray, best);
+  }
+}
+
+}  // namespace firn::kernels::FIRN_ISA
