@@ -288,4 +288,11 @@ FIRN_INLINE float largest_lane(Floats a) {
   return m;
 }
 
+// The same where no lane is NaN, in few steps.
+FIRN_INLINE float greatest_lane(Floats a) {
+#pragma GCC unroll 4
+  for (int half = kLanes / 2; half > 0; half /= 2) a = max(a, __builtin_shuffle(a, lane_numbers() ^ half));
+  return a[0];
+}
+
 }  // namespace firn::kernels::FIRN_ISA

@@ -12,6 +12,7 @@
 namespace firn::kernels::FIRN_ISA {
 namespace {
 
+constexpr std::size_t kStage = 16;
 constexpr int kMostIdle = kLanes / 4;  // lanes without a ray before the stream is asked for more
 
 template <bool kAny>
@@ -23,7 +24,8 @@ class Stream {
   void run() {
     Mask live = mask_of_bits(0);
     for (;;) {
-      if (next_ < end_ && __builtin_popcount(static_cast<unsigned>(lane_bits(live))) <= kLanes - kMostIdle)
+      if ((waiting_ != 0 || next_ < end_) &&
+          __builtin_popcount(static_cast<unsigned>(lane_bits(live))) <= kLanes - kMostIdle)
         live = take_rays(live);
       if (!any(live)) return;
       const Ints slot = gather(grid_.slot, walk_.brick(grid_), live);
@@ -45,11 +47,13 @@ class Stream {
   // Gives the idle lanes rays that meet the grid; what the others find is known at once.
   Mask take_rays(Mask live) {
     int fresh = 0;
-    for (int idle = ~lane_bits(live) & kAllLanes; idle != 0 && next_ < end_;) {
+    for (int idle = ~lane_bits(live) & kAllLanes; idle != 0; idle &= idle - 1) {
+      while (waiting_ == 0 && next_ < end_) stage_rays();
+      if (waiting_ == 0) break;
       const int lane = __builtin_ctz(static_cast<unsigned>(idle));
-      if (!take(next_++, lane)) continue;
+      give(__builtin_ctz(waiting_), lane);
+      waiting_ &= waiting_ - 1;
       fresh |= 1 << lane;
-      idle &= idle - 1;
     }
     const Floats o[3] = {load(o_[0]), load(o_[1]), load(o_[2])},
                  d[3] = {load(d_[0]), load(d_[1]), load(d_[2])};
@@ -57,23 +61,46 @@ class Stream {
     return live | mask_of_bits(fresh);
   }
 
-  bool take(std::size_t i, int lane) {
-    Ray ray = load_ray(rays_, i);
-    Nearest stray{rays_.t[i], kNoHit};
-    test_bundles<kAny>(grid_.strays, 0, grid_.stray_bundles, ray, stray);
-    const bool blocked = kAny && stray.particle != kNoHit;
-    const bool walks = !blocked && enter_grid(grid_, ray, stray.t, entry_[lane]);
-    rays_.hit[i] = blocked ? 0 : stray.particle;
-    if (!kAny) rays_.t[i] = stray.t;
-    if (!walks) return false;
-    for (int a = 0; a < 3; ++a) {
-      o_[a][lane] = ray.o[a];
-      d_[a][lane] = ray.d[a];
+  // Reads the next rays of the stream and moves them to the grid's edge.
+  void stage_rays() {
+    staged_ = next_;
+    const std::size_t count = end_ - next_ < kStage ? end_ - next_ : kStage;
+    next_ += count;
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t i = staged_ + k;
+      rays_.hit[i] = kNoHit;
+      if (grid_.stray_bundles == 0) continue;
+      Nearest stray{rays_.t[i], kNoHit};
+      test_bundles<kAny>(grid_.strays, 0, grid_.stray_bundles, load_ray(rays_, i), stray);
+      if (stray.particle == kNoHit) continue;
+      rays_.hit[i] = kAny ? 0 : stray.particle;
+      if (!kAny) rays_.t[i] = stray.t;
     }
-    reach_[lane] = static_cast<float>(stray.t - entry_[lane]);
+    for (std::size_t k = 0; k < count; ++k) {
+      const Ray ray = load_ray(rays_, staged_ + k);
+      float moved[3];
+      enter_grid(grid_, ray.o, ray.d, rays_.t[staged_ + k], moved, stage_.entry[k], stage_.reach[k]);
+      for (int a = 0; a < 3; ++a) {
+        stage_.o[a][k] = moved[a];
+        stage_.d[a][k] = ray.d[a];
+      }
+    }
+    waiting_ = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      const bool walks = stage_.reach[k] >= 0 && !(kAny && rays_.hit[staged_ + k] != kNoHit);
+      waiting_ |= static_cast<unsigned>(walks) << k;
+    }
+  }
+
+  void give(int k, int lane) {
+    for (int a = 0; a < 3; ++a) {
+      o_[a][lane] = stage_.o[a][k];
+      d_[a][lane] = stage_.d[a][k];
+    }
+    entry_[lane] = stage_.entry[k];
+    reach_[lane] = stage_.reach[k];
     particle_[lane] = kNoHit;
-    ray_[lane] = i;
-    return true;
+    ray_[lane] = staged_ + static_cast<std::size_t>(k);
   }
 
   // Tests the balls of the lanes' cells. Returns the lanes that need look no further.
@@ -111,6 +138,13 @@ class Stream {
   const TraceGrid& grid_;
   const RayView& rays_;
   std::size_t next_, end_;
+  // Rays that are at the grid's edge and wait for a lane.
+  struct {
+    float o[3][kStage], d[3][kStage], reach[kStage];
+    double entry[kStage];
+  } stage_;
+  std::size_t staged_ = 0;  // the stream's place of the first
+  unsigned waiting_ = 0;    // a bit each
   Walk walk_ = {};
   alignas(64) float o_[3][kLanes] = {}, d_[3][kLanes] = {}, reach_[kLanes] = {};
   double entry_[kLanes];

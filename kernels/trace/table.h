@@ -60,7 +60,18 @@ struct RayView {
   std::uint32_t* hit;
 };
 
+struct Extent {
+  float low, high;  // infinite if there is nothing
+  bool finite;      // every value, and their sum
+};
+
 struct TraceKernels {
+  // Of column[begin, end).
+  Extent (*extent)(const float* column, std::size_t begin, std::size_t end) = nullptr;
+  // Of the particles at position + shift (m, render space): brick << 6 | cell in it, the brick by its place
+  // in the table; one brick beyond the table for those outside the grid. Reads the grid's sizes only.
+  void (*cell_codes)(const TraceGrid&, const float* const position[3], const float shift[3],
+                     std::size_t begin, std::size_t end, std::uint32_t* code) = nullptr;
   // The nearest hit of each ray in [begin, end); of equal distances the lowest index.
   void (*closest)(const TraceGrid&, const RayView&, std::size_t begin, std::size_t end) = nullptr;
   // The same bits, faster where neighbours in the columns are neighbours in space, as camera rays are.

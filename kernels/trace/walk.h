@@ -6,31 +6,25 @@
 
 namespace firn::kernels::FIRN_ISA {
 
-// Moves the ray's origin to where it enters the grid, `entry` metres on. False if it misses within `reach`.
-inline bool enter_grid(const TraceGrid& grid, Ray& ray, float reach, double& entry) {
-  entry = 0;
-  bool inside = grid.cells[0] > 0;
-  for (int a = 0; a < 3; ++a) {
-    const float size = grid.cell * static_cast<float>(grid.cells[a]);
-    inside = inside && ray.o[a] >= 0 && ray.o[a] <= size;
-  }
-  if (inside) return reach >= 0;
+// Moves a ray's origin to where it enters the grid, `entry` metres on; `rest` is what is left of its reach
+// then, negative where it misses. In double and without branches: loops over rays become vectors.
+FIRN_INLINE void enter_grid(const TraceGrid& grid, const float o[3], const float d[3], float reach,
+                            float moved[3], double& entry, float& rest) {
+  constexpr double kInf = __builtin_huge_val();
   double t_in = 0, t_out = reach;
   for (int a = 0; a < 3; ++a) {
-    const double size = static_cast<double>(grid.cell) * grid.cells[a], o = ray.o[a], d = ray.d[a];
-    if (d == 0) {
-      if (o < 0 || o > size) return false;
-      continue;
-    }
-    const double inv = 1 / d;
-    const double t0 = (d > 0 ? -o : size - o) * inv, t1 = (d > 0 ? size - o : -o) * inv;
-    if (t0 > t_in) t_in = t0;
-    if (t1 < t_out) t_out = t1;
+    const double size = grid.cell * static_cast<float>(grid.cells[a]), from = o[a], along = d[a];
+    const double inv = 1 / along, low = -from * inv, high = (size - from) * inv;
+    const bool flat = along == 0, inside = from >= 0 && from <= size;
+    const double t0 = flat ? (inside ? -kInf : kInf) : (along > 0 ? low : high);
+    const double t1 = flat ? kInf : (along > 0 ? high : low);
+    t_in = t0 > t_in ? t0 : t_in;
+    t_out = t1 < t_out ? t1 : t_out;
   }
-  if (!(t_in <= t_out) || grid.cells[0] == 0) return false;
-  for (int a = 0; a < 3; ++a) ray.o[a] = static_cast<float>(ray.o[a] + t_in * ray.d[a]);
-  entry = t_in;
-  return true;
+  const bool meets = t_in <= t_out && grid.cells[0] > 0;
+  entry = meets ? t_in : 0;
+  for (int a = 0; a < 3; ++a) moved[a] = static_cast<float>(o[a] + entry * d[a]);
+  rest = meets ? static_cast<float>(reach - entry) : -1.f;
 }
 
 // Where a register of rays stands in the grid: each lane has a cell of its own and the distances to the next

@@ -14,49 +14,60 @@
 namespace firn {
 namespace {
 
-constexpr double kCellSpacings = 1.5;     // cell edge in mean particle spacings
+constexpr double kCellSpacings = 1.6;     // cell edge in mean particle spacings
 constexpr double kMaxRadiusCells = 2;     // larger balls are strays
 constexpr std::size_t kMaxStrays = 1024;  // every ray tests them all
 constexpr double kMaxBricks = 1 << 22;
-constexpr double kFarthest = 1e12;  // m; beyond it cells cannot be counted
+constexpr float kFarthest = 1e12f;  // m, from the snapshot's origin; beyond it cells cannot be counted
 constexpr std::size_t kChunk = 8192;
 
 struct Statistics {
   Bounds bounds;
   double spacing_sum = 0;
-  float max_radius = 0;
+  float max_radius = 0;        // m
+  bool alike = true;           // of one volume and one object
   std::size_t bad = SIZE_MAX;  // index of a particle that cannot be drawn
-
-  void include(const Statistics& other) {
-    bounds.include(other.bounds);
-    spacing_sum += other.spacing_sum;
-    max_radius = std::max(max_radius, other.max_radius);
-    bad = std::min(bad, other.bad);
-  }
 };
 
-// Of particles [begin, end).
-Statistics measure(const Snapshot& snapshot, BallSizes sizes, std::size_t begin, std::size_t end) {
-  Statistics part;
-  constexpr float kInf = std::numeric_limits<float>::infinity();
-  float low[3] = {kInf, kInf, kInf}, high[3] = {-kInf, -kInf, -kInf};
+// The first of [begin, end) that has no finite place or volume.
+std::size_t find_bad(const Snapshot& snapshot, std::size_t begin, std::size_t end) {
   for (std::size_t i = begin; i < end; ++i) {
-    float sum = snapshot.volume0[i];
-    for (int a = 0; a < 3; ++a) {
-      const float x = snapshot.x[a][i];
-      sum += std::fabs(x);
-      low[a] = x < low[a] ? x : low[a];
-      high[a] = x > high[a] ? x : high[a];
-    }
-    if (!(sum <= static_cast<float>(kFarthest))) {
-      part.bad = i;
-      return part;
-    }
+    float sum = std::fabs(snapshot.volume0[i]);
+    for (const auto& column : snapshot.x) sum += std::fabs(column[i]);
+    if (!(sum <= kFarthest)) return i;
+  }
+  return SIZE_MAX;
+}
+
+// Of particles [begin, end).
+Statistics measure(const kernels::TraceKernels& kernels, const Snapshot& snapshot, BallSizes sizes,
+                   std::size_t begin, std::size_t end) {
+  Statistics part;
+  Vec3 low, high;
+  const kernels::Extent volume = kernels.extent(snapshot.volume0.data(), begin, end);
+  bool sound = volume.finite;
+  for (int a = 0; a < 3; ++a) {
+    const kernels::Extent along = kernels.extent(snapshot.x[a].data(), begin, end);
+    low[a] = along.low;
+    high[a] = along.high;
+    sound = sound && along.finite && std::max(-along.low, along.high) <= kFarthest;
+  }
+  if (!sound) part.bad = find_bad(snapshot, begin, end);
+  if (part.bad != SIZE_MAX) return part;
+  part.bounds.include(snapshot.origin + low);
+  part.bounds.include(snapshot.origin + high);
+  std::uint16_t others = 0;
+  for (std::size_t i = begin; i < end; ++i)
+    others = static_cast<std::uint16_t>(others | (snapshot.object[i] ^ snapshot.object[begin]));
+  part.alike = volume.low == volume.high && others == 0;
+  part.max_radius = sizes.radius(snapshot, begin);
+  part.spacing_sum = sizes.spacing() * static_cast<double>(end - begin);
+  if (part.alike) return part;
+  part.spacing_sum = 0;
+  for (std::size_t i = begin; i < end; ++i) {
     part.max_radius = std::max(part.max_radius, sizes.radius(snapshot, i));
     part.spacing_sum += sizes.spacing();
   }
-  part.bounds.include(snapshot.origin + Vec3(low[0], low[1], low[2]));
-  part.bounds.include(snapshot.origin + Vec3(high[0], high[1], high[2]));
   return part;
 }
 
@@ -112,41 +123,53 @@ std::size_t count_strays(const Snapshot& snapshot, const GridLayout& layout) {
 
 }  // namespace
 
-float BallSizes::radius(const Snapshot& snapshot, std::size_t i) {
-  if (snapshot.volume0[i] != volume_ || snapshot.object[i] != object_) {
-    volume_ = snapshot.volume0[i];
-    object_ = snapshot.object[i];
-    spacing_ = portable_cbrt(volume_);
-    const SnowLook look =
-        looks_->empty() ? SnowLook{} : (*looks_)[std::min<std::size_t>(object_, looks_->size() - 1)];
-    radius_ = static_cast<float>(spacing_ * look.radius);
-  }
-  return radius_;
+void BallSizes::remember(const Snapshot& snapshot, std::size_t i) {
+  volume_ = snapshot.volume0[i];
+  object_ = snapshot.object[i];
+  spacing_ = portable_cbrt(volume_);
+  const SnowLook look =
+      looks_->empty() ? SnowLook{} : (*looks_)[std::min<std::size_t>(object_, looks_->size() - 1)];
+  radius_ = static_cast<float>(spacing_ * look.radius);
 }
 
+float GridLayout::largest_radius() const { return static_cast<float>(kMaxRadiusCells * cell); }
+
 bool GridLayout::holds(const Vec3f& local, float ball_radius) const {
-  if (!(ball_radius <= static_cast<float>(kMaxRadiusCells * cell))) return false;
+  if (!(ball_radius <= largest_radius())) return false;
   for (int a = 0; a < 3; ++a) {
     if (!(local[a] >= 0 && local[a] < size[a])) return false;
   }
   return true;
 }
 
-GridLayout lay_out_grid(const Snapshot& snapshot, const std::vector<SnowLook>& looks) {
+GridLayout lay_out_grid(const kernels::TraceKernels& kernels, const Snapshot& snapshot,
+                        const std::vector<SnowLook>& looks) {
   const std::size_t count = snapshot.size();
   GridLayout layout;
   layout.sizes = BallSizes(looks);
   layout.origin = snapshot.origin;
   std::vector<Statistics> parts((count + kChunk - 1) / kChunk);
   parallel_chunks(count, kChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-    parts[chunk] = measure(snapshot, layout.sizes, begin, end);
+    parts[chunk] = measure(kernels, snapshot, layout.sizes, begin, end);
   });
   Statistics all;
-  for (const Statistics& part : parts) all.include(part);
+  for (std::size_t chunk = 0; chunk < parts.size(); ++chunk) {
+    const Statistics& part = parts[chunk];
+    all.bounds.include(part.bounds);
+    all.spacing_sum += part.spacing_sum;
+    all.max_radius = std::max(all.max_radius, part.max_radius);
+    all.bad = std::min(all.bad, part.bad);
+    all.alike = all.alike && part.alike && snapshot.volume0[chunk * kChunk] == snapshot.volume0[0] &&
+                snapshot.object[chunk * kChunk] == snapshot.object[0];
+  }
   if (all.bad != SIZE_MAX) {
     throw Error(
         ExitCode::unstable, "frame " + std::to_string(snapshot.frame),
         "particle " + std::to_string(snapshot.id[all.bad]) + " has no finite place or volume to draw");
+  }
+  if (count > 0 && all.alike) {
+    layout.sizes.radius(snapshot, 0);
+    layout.sizes.settle();
   }
   if (count > 0) layout.spacing = std::max(all.spacing_sum / static_cast<double>(count), 1e-9);
   Bounds bounds = all.bounds;
@@ -154,8 +177,8 @@ GridLayout lay_out_grid(const Snapshot& snapshot, const std::vector<SnowLook>& l
   if (!fit(layout, snapshot, bounds, cell)) bounds = trim(snapshot, bounds, layout.spacing);
   for (;; cell *= 1.25) {
     if (!fit(layout, snapshot, bounds, cell)) continue;
-    const bool holds_all = bounds.min == all.bounds.min && bounds.max == all.bounds.max &&
-                           all.max_radius <= static_cast<float>(kMaxRadiusCells * cell);
+    layout.radii_fit = all.max_radius <= layout.largest_radius();
+    const bool holds_all = layout.radii_fit && bounds.min == all.bounds.min && bounds.max == all.bounds.max;
     if (holds_all || count_strays(snapshot, layout) <= kMaxStrays) return layout;
     bounds = all.bounds;
   }

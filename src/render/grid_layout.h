@@ -5,6 +5,7 @@
 #pragma once
 #include <vector>
 
+#include "kernels/trace/table.h"
 #include "src/particles/snapshot.h"
 #include "src/render/setup.h"
 
@@ -16,13 +17,21 @@ class BallSizes {
  public:
   BallSizes() = default;
   explicit BallSizes(const std::vector<SnowLook>& looks) : looks_(&looks) {}
-  float radius(const Snapshot& snapshot, std::size_t i);  // m
-  double spacing() const { return spacing_; }             // m, of the particle last asked for
+  float radius(const Snapshot& snapshot, std::size_t i) {  // m
+    if (!alike_ && (snapshot.volume0[i] != volume_ || snapshot.object[i] != object_)) remember(snapshot, i);
+    return radius_;
+  }
+  // All balls are like that of the particle last asked for.
+  void settle() { alike_ = true; }
+  double spacing() const { return spacing_; }  // m, of the particle last asked for
 
  private:
+  void remember(const Snapshot& snapshot, std::size_t i);
+
   const std::vector<SnowLook>* looks_ = nullptr;
   float volume_ = -1, radius_ = 0;
   std::uint16_t object_ = 0;
+  bool alike_ = false;
   double spacing_ = 0;
 };
 
@@ -34,15 +43,19 @@ struct GridLayout {
   int bricks[3] = {0, 0, 0};   // of 4x4x4 cells
   float size[3] = {0, 0, 0};   // m, of all cells
   BallSizes sizes;
+  bool radii_fit = true;  // no ball is too large for the cells
 
   Vec3f local(const Snapshot& snapshot, std::size_t i) const {
     return {snapshot.x[0][i] + shift[0], snapshot.x[1][i] + shift[1], snapshot.x[2][i] + shift[2]};
   }
+  // The largest radius that a ball in the cells may have, m.
+  float largest_radius() const;
   // Whether a ball belongs into the cells; else it is a stray: too large or too far.
   bool holds(const Vec3f& local, float ball_radius) const;
 };
 
 // An unstable Error if a position or volume is not finite.
-GridLayout lay_out_grid(const Snapshot& snapshot, const std::vector<SnowLook>& looks);
+GridLayout lay_out_grid(const kernels::TraceKernels& kernels, const Snapshot& snapshot,
+                        const std::vector<SnowLook>& looks);
 
 }  // namespace firn

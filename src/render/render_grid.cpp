@@ -19,11 +19,10 @@ using kernels::kCellsPerBrick;
 constexpr std::size_t kChunk = 8192;
 constexpr std::size_t kSortChunks = 32;  // at most; each counts all bricks
 constexpr int kMaxClearance = 15;        // bricks
-constexpr std::uint32_t kStray = 0xffffffffu;
 // Balls are entered in every cell within this of them, in cells: covers the rounding of a ray's walk.
 constexpr float kCellMargin = 1e-3f;
 // Room for lists: one bundle for so many balls of the grid. Cells that find none left are read by centre.
-constexpr std::size_t kBallsPerBundle = 32;
+constexpr std::size_t kBallsPerBundle = 40;
 
 constexpr double kCompanyReach = 2.2;  // spacings
 constexpr float kCompany = 5;  // weighted neighbours on a flat face of evenly packed particles; inside 9
@@ -64,51 +63,44 @@ void RenderGrid::open_view() {
 
 // Of each particle the brick (in the table) and the cell in it; marks the bricks.
 void RenderGrid::find_cells(const Snapshot& snapshot) {
-  slot_.assign(bricks_in_table(), -kMaxClearance);
-  code_.resize(snapshot.size());
+  const std::size_t bricks = bricks_in_table();
+  slot_.assign(bricks + 1, -kMaxClearance);  // the last for strays
+  const float* const position[3] = {snapshot.x[0].data(), snapshot.x[1].data(), snapshot.x[2].data()};
   parallel_chunks(snapshot.size(), kChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
-    BallSizes sizes = layout_.sizes;
-    std::uint32_t last = kStray;
-    for (std::size_t i = begin; i < end; ++i) {
-      const Vec3f p = layout_.local(snapshot, i);
-      if (!layout_.holds(p, sizes.radius(snapshot, i))) {
-        code_[i] = kStray;
-        continue;
+    kernels_.cell_codes(view_, position, layout_.shift, begin, end, code_);
+    if (!layout_.radii_fit) {
+      BallSizes sizes = layout_.sizes;
+      for (std::size_t i = begin; i < end; ++i) {
+        if (!(sizes.radius(snapshot, i) <= layout_.largest_radius()))
+          code_[i] = static_cast<std::uint32_t>(bricks << 6);
       }
-      int c[3];
-      for (int a = 0; a < 3; ++a)
-        c[a] = std::min(static_cast<int>(p[a] * view_.inv_cell), view_.cells[a] - 1);
-      const auto brick = static_cast<std::uint32_t>(brick_index(view_, c[0] >> 2, c[1] >> 2, c[2] >> 2));
-      code_[i] = brick << 6 | static_cast<std::uint32_t>((c[0] & 3) << 4 | (c[1] & 3) << 2 | (c[2] & 3));
-      if (brick != last) std::atomic_ref<std::int32_t>(slot_[brick]).store(0, std::memory_order_relaxed);
-      last = brick;
     }
+    for (std::size_t i = begin; i < end; ++i)
+      std::atomic_ref<std::int32_t>(slot_[code_[i] >> 6]).store(0, std::memory_order_relaxed);
   });
 }
 
-// In table order.
+// In table order; strays sort as one brick more.
 void RenderGrid::number_bricks() {
   brick_of_slot_.clear();
-  for (std::size_t b = 0; b < slot_.size(); ++b) {
+  for (std::size_t b = 0; b + 1 < slot_.size(); ++b) {
     if (slot_[b] < 0) continue;
     slot_[b] = static_cast<std::int32_t>(brick_of_slot_.size());
     brick_of_slot_.push_back(static_cast<std::uint32_t>(b));
   }
+  slot_.back() = static_cast<std::int32_t>(brick_of_slot_.size());
 }
 
 // A stable counting sort of the particles by brick, strays last: each chunk of the snapshot counts, then each
 // knows where its own go.
 void RenderGrid::sort_by_brick(std::size_t count) {
-  const std::size_t slots = brick_of_slot_.size(), keys = slots + 1;
+  const std::size_t keys = brick_of_slot_.size() + 1;
   const std::size_t size = std::max(kChunk, (count + kSortChunks - 1) / kSortChunks);
   const std::size_t chunks = (count + size - 1) / size;
   std::vector<std::uint32_t> next(chunks * keys, 0);
-  const auto key_of = [&](std::size_t i) {
-    return code_[i] == kStray ? slots : static_cast<std::size_t>(slot_[code_[i] >> 6]);
-  };
   parallel_chunks(count, size, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
     std::uint32_t* counts = &next[chunk * keys];
-    for (std::size_t i = begin; i < end; ++i) ++counts[key_of(i)];
+    for (std::size_t i = begin; i < end; ++i) ++counts[slot_[code_[i] >> 6]];
   });
   brick_start_.resize(keys + 1);
   std::uint32_t sum = 0;
@@ -117,100 +109,102 @@ void RenderGrid::sort_by_brick(std::size_t count) {
     for (std::size_t chunk = 0; chunk < chunks; ++chunk) sum += std::exchange(next[chunk * keys + key], sum);
   }
   brick_start_[keys] = sum;
-  by_brick_.resize(count);
+  order_.resize(count);
   parallel_chunks(count, size, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
     std::uint32_t* places = &next[chunk * keys];
-    for (std::size_t i = begin; i < end; ++i) by_brick_[places[key_of(i)]++] = static_cast<std::uint32_t>(i);
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t place = places[slot_[code_[i] >> 6]]++;
+      order_[place] = static_cast<std::uint32_t>(i);
+      cell_by_brick_[place] = static_cast<std::uint8_t>(code_[i] & 63);
+    }
   });
+  slot_.pop_back();
 }
 
-// Within each brick by cell; then the columns, and which bricks around it the balls of a brick reach.
+// Within each brick by cell; then the columns.
 void RenderGrid::sort_bricks(const Snapshot& snapshot) {
   const std::size_t slots = brick_of_slot_.size(), count = snapshot.size();
-  order_.resize(count);
   radius_.resize(count);
   for (auto& column : x_) column.resize(count);
   cell_start_.resize(slots * kCellsPerBrick);
-  touched_.resize(slots);
+  std::vector<float> largest(slots, 0.f);
   const auto place = [&](std::uint32_t i, std::uint32_t s, BallSizes& sizes) {
-    order_[s] = i;
     for (int a = 0; a < 3; ++a) x_[a][s] = snapshot.x[a][i] + layout_.shift[a];
     radius_[s] = sizes.radius(snapshot, i);
   };
-  parallel_for(slots, 16, [&](std::size_t slot) {
+  parallel_chunks(slots, 16, [&](std::size_t, std::size_t first_slot, std::size_t last_slot) {
     BallSizes sizes = layout_.sizes;
-    const std::uint32_t begin = brick_start_[slot], end = brick_start_[slot + 1];
-    std::uint32_t next[kCellsPerBrick] = {};
-    for (std::uint32_t k = begin; k < end; ++k) ++next[code_[by_brick_[k]] & 63];
-    std::uint32_t sum = begin;
-    for (int c = 0; c < kCellsPerBrick; ++c) {
-      cell_start_[slot * kCellsPerBrick + c] = sum;
-      sum += std::exchange(next[c], sum);
-    }
-    for (std::uint32_t k = begin; k < end; ++k) {
-      const std::uint32_t i = by_brick_[k];
-      place(i, next[code_[i] & 63]++, sizes);
+    std::vector<std::uint32_t> by_brick;
+    for (std::size_t slot = first_slot; slot < last_slot; ++slot) {
+      const std::uint32_t begin = brick_start_[slot], end = brick_start_[slot + 1];
+      by_brick.assign(&order_[begin], &order_[begin] + (end - begin));
+      const std::uint8_t* cell = &cell_by_brick_[begin];
+      std::uint32_t next[kCellsPerBrick] = {};
+      for (std::size_t k = 0; k < by_brick.size(); ++k) ++next[cell[k]];
+      std::uint32_t sum = begin;
+      for (int c = 0; c < kCellsPerBrick; ++c) {
+        cell_start_[slot * kCellsPerBrick + c] = sum;
+        sum += std::exchange(next[c], sum);
+      }
+      for (std::size_t k = 0; k < by_brick.size(); ++k) {
+        const std::uint32_t s = next[cell[k]]++;
+        order_[s] = by_brick[k];
+        place(by_brick[k], s, sizes);
+      }
+      for (std::uint32_t s = begin; s < end; ++s) largest[slot] = std::max(largest[slot], radius_[s]);
     }
   });
-  const std::uint32_t strays = brick_start_[slots];
+  for (const float radius : largest) view_.max_radius = std::max(view_.max_radius, radius);
   BallSizes sizes = layout_.sizes;
-  for (std::uint32_t k = strays; k < count; ++k) place(by_brick_[k], k, sizes);
-  for (int a = 0; a < 3; ++a) (a == 0 ? view_.x : a == 1 ? view_.y : view_.z) = x_[a].data();
+  for (std::uint32_t k = brick_start_[slots]; k < count; ++k) place(order_[k], k, sizes);
+  view_.x = x_[0].data();
+  view_.y = x_[1].data();
+  view_.z = x_[2].data();
   view_.radius = radius_.data();
   view_.cell_start = cell_start_.data();
 }
 
-// The balls of a brick may reach into its neighbours, which then need cells too.
-void RenderGrid::open_touched_bricks() {
+// Balls within `reach` of a brick's side reach into its neighbours, which then need cells too.
+void RenderGrid::open_touched_bricks(float reach) {
   const std::size_t slots = brick_of_slot_.size();
-  const float size = kBrickCells * view_.cell, margin = view_.cell;  // a cell more, for SnowSurface
-  std::vector<float> largest(slots, 0.f);
-  parallel_for(slots, 16, [&](std::size_t slot) {
-    int at[3];
-    brick_place(view_, brick_of_slot_[slot], at);
-    const std::uint32_t begin = brick_start_[slot], end = brick_start_[slot + 1];
-    const float* x[3] = {view_.x, view_.y, view_.z};
-    unsigned low[3] = {0, 0, 0}, high[3] = {0, 0, 0};
-    float most = 0;
-    for (std::uint32_t s = begin; s < end; ++s) most = std::max(most, radius_[s]);
+  const int layers = std::min(static_cast<int>(reach * view_.inv_cell + kCellMargin) + 1, kBrickCells);
+  // Of a brick's 64 cells those that lie within `layers` of its lower and upper side along each axis.
+  std::uint64_t near[3][3] = {};
+  for (int c = 0; c < kCellsPerBrick; ++c) {
+    const int at[3] = {c >> 4, c >> 2 & 3, c & 3};
     for (int a = 0; a < 3; ++a) {
-      float least = x[a][begin], greatest = least;
-      for (std::uint32_t s = begin; s < end; ++s) {
-        least = std::min(least, x[a][s]);
-        greatest = std::max(greatest, x[a][s]);
-      }
-      low[a] = least - most - margin < static_cast<float>(at[a]) * size && at[a] > 0;
-      high[a] =
-          greatest + most + margin >= static_cast<float>(at[a] + 1) * size && at[a] + 1 < view_.bricks[a];
-    }
-    std::uint32_t bits = 0;
-    for (int k = 0; k < 27; ++k) {
-      const int step[3] = {k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1};
-      bool reached = true;
-      for (int a = 0; a < 3; ++a)
-        reached = reached && (step[a] == 0 || (step[a] < 0 ? low[a] : high[a]) != 0);
-      bits |= static_cast<std::uint32_t>(reached) << k;
-    }
-    touched_[slot] = bits;
-    largest[slot] = most;
-  });
-  constexpr std::int32_t kTouched = INT32_MIN;
-  for (std::size_t slot = 0; slot < slots; ++slot) {
-    view_.max_radius = std::max(view_.max_radius, largest[slot]);
-    int at[3];
-    brick_place(view_, brick_of_slot_[slot], at);
-    for (int k = 0; k < 27; ++k) {
-      if ((touched_[slot] >> k & 1) == 0) continue;
-      std::int32_t& its =
-          slot_[brick_index(view_, at[0] + k / 9 - 1, at[1] + k / 3 % 3 - 1, at[2] + k % 3 - 1)];
-      if (its < 0) its = kTouched;
+      near[a][0] |= std::uint64_t{at[a] < layers} << c;
+      near[a][1] |= std::uint64_t{1} << c;
+      near[a][2] |= std::uint64_t{at[a] >= kBrickCells - layers} << c;
     }
   }
+  constexpr std::int32_t kTouched = INT32_MIN;
+  parallel_for(slots, 16, [&](std::size_t slot) {
+    std::uint64_t occupied = 0;
+    const std::uint32_t* start = &cell_start_[slot * kCellsPerBrick];
+    for (int c = 0; c < kCellsPerBrick; ++c) {
+      const std::uint32_t end = c + 1 < kCellsPerBrick ? start[c + 1] : brick_start_[slot + 1];
+      occupied |= std::uint64_t{start[c] < end} << c;
+    }
+    int at[3];
+    brick_place(view_, brick_of_slot_[slot], at);
+    for (int k = 0; k < 27; ++k) {
+      const int step[3] = {k / 9, k / 3 % 3, k % 3},
+                p[3] = {at[0] + step[0] - 1, at[1] + step[1] - 1, at[2] + step[2] - 1};
+      if ((occupied & near[0][step[0]] & near[1][step[1]] & near[2][step[2]]) == 0) continue;
+      bool there = true;
+      for (int a = 0; a < 3; ++a) there = there && p[a] >= 0 && p[a] < view_.bricks[a];
+      if (!there) continue;
+      std::atomic_ref<std::int32_t> its(slot_[brick_index(view_, p[0], p[1], p[2])]);
+      if (its.load(std::memory_order_relaxed) < 0) its.store(kTouched, std::memory_order_relaxed);
+    }
+  });
   for (std::size_t b = 0; b < slot_.size(); ++b) {
     if (slot_[b] != kTouched) continue;
     slot_[b] = static_cast<std::int32_t>(brick_of_slot_.size());
     brick_of_slot_.push_back(static_cast<std::uint32_t>(b));
   }
+  cell_start_.reserve(brick_of_slot_.size() * kCellsPerBrick + 1);
   cell_start_.resize(brick_of_slot_.size() * kCellsPerBrick + 1, brick_start_[slots]);
   view_.cell_start = cell_start_.data();
   view_.slot = slot_.data();
@@ -311,15 +305,22 @@ float RenderGrid::count_neighbours(const int cell[3], std::uint32_t s) const {
   return std::min(sum, kCompany);
 }
 
+// The room of the lists serves the sort first.
+void RenderGrid::open_room(std::size_t count) {
+  const std::size_t room = std::min<std::size_t>(count / kBallsPerBundle + 256, kernels::kMostListed);
+  bundles_.reserve_discarding(room);
+  view_.bundles = bundles_.data();
+  view_.bundle_room = room;
+  static_assert(sizeof(kernels::BallBundle) >= kBallsPerBundle * (sizeof(std::uint32_t) + 1));
+  code_ = reinterpret_cast<std::uint32_t*>(bundles_.data());
+  cell_by_brick_ = reinterpret_cast<std::uint8_t*>(code_ + count);
+}
+
 void RenderGrid::open_lists() {
   list_.assign(brick_of_slot_.size() * kCellsPerBrick, kernels::kUnlisted);
-  const std::size_t room = order_.size() / kBallsPerBundle + 4096;
-  bundles_.resize(std::min<std::size_t>(room, kernels::kMostListed));
-  bundles_used_ = 0;
+  bundles_used_.assign(1, 0);
   view_.list = list_.data();
-  view_.bundles = bundles_.data();
-  view_.bundles_used = &bundles_used_;
-  view_.bundle_room = bundles_.size();
+  view_.bundles_used = bundles_used_.data();
 }
 
 void RenderGrid::list_strays() {
@@ -344,15 +345,18 @@ void RenderGrid::list_strays() {
 }
 
 void RenderGrid::build(const Snapshot& snapshot, const std::vector<SnowLook>& looks, Radii radii) {
-  layout_ = lay_out_grid(snapshot, looks);
+  layout_ = lay_out_grid(kernels_, snapshot, looks);
   open_view();
+  open_room(snapshot.size());
   find_cells(snapshot);
   number_bricks();
   sort_by_brick(snapshot.size());
   sort_bricks(snapshot);
-  open_touched_bricks();
+  const bool fits = radii == Radii::fitted;
+  // Fitted balls may grow, and SnowSurface needs a cell more.
+  open_touched_bricks(fits ? kStretchedShare * view_.max_radius + view_.cell : view_.max_radius);
   core_.clear();
-  if (radii == Radii::fitted) {
+  if (fits) {
     find_core();
     fit_radii();
   }
@@ -364,8 +368,7 @@ void RenderGrid::build(const Snapshot& snapshot, const std::vector<SnowLook>& lo
 std::size_t RenderGrid::bytes() const {
   const auto of = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
   return of(slot_) + of(brick_of_slot_) + of(cell_start_) + of(list_) + of(order_) + of(x_[0]) + of(x_[1]) +
-         of(x_[2]) + of(radius_) + of(core_) + of(bundles_) + of(strays_) + of(code_) + of(by_brick_) +
-         of(brick_start_) + of(touched_);
+         of(x_[2]) + of(radius_) + of(core_) + bundles_.resident_bytes() + of(strays_) + of(brick_start_);
 }
 
 }  // namespace firn

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "kernels/trace/table.h"
+#include "src/core/aligned.h"
 #include "src/particles/snapshot.h"
 #include "src/render/grid_layout.h"
 
@@ -32,6 +33,8 @@ enum class Radii { plain, fitted };
 
 class RenderGrid {
  public:
+  explicit RenderGrid(const kernels::TraceKernels& kernels) : kernels_(kernels) {}
+
   // An unstable Error if a position or volume is not finite.
   void build(const Snapshot& snapshot, const std::vector<SnowLook>& looks, Radii radii = Radii::fitted);
 
@@ -55,17 +58,19 @@ class RenderGrid {
   void number_bricks();
   void sort_by_brick(std::size_t count);
   void sort_bricks(const Snapshot& snapshot);
-  void open_touched_bricks();
+  void open_touched_bricks(float reach);
   void measure_clearance();
   void find_core();
   void fit_radii();
   float count_neighbours(const int cell[3], std::uint32_t s) const;
+  void open_room(std::size_t count);
   void open_lists();
   void list_strays();
   std::size_t bricks_in_table() const {
     return static_cast<std::size_t>(view_.bricks[0]) * view_.bricks[1] * view_.bricks[2];
   }
 
+  const kernels::TraceKernels& kernels_;
   GridLayout layout_;
   kernels::TraceGrid view_;
   std::vector<std::int32_t> slot_;
@@ -74,12 +79,13 @@ class RenderGrid {
   std::vector<std::uint32_t> cell_start_, list_;
   std::vector<std::uint32_t> order_;  // sorted -> snapshot index; strays last
   std::vector<float> x_[3], radius_;  // m, sorted
-  std::vector<kernels::BallBundle> bundles_, strays_;
-  std::uint64_t bundles_used_ = 0;
+  AlignedArray<kernels::BallBundle> bundles_;
+  std::vector<kernels::BallBundle> strays_;
+  std::vector<std::uint64_t> bundles_used_;  // one count, at an address that moving does not change
   // Of the sort alone.
-  std::vector<std::uint32_t> code_, by_brick_;
-  std::vector<std::uint32_t> brick_start_;  // per slot, one more at the end
-  std::vector<std::uint32_t> touched_;  // per slot: the bricks around it that its balls reach into, 27 bits
+  std::uint32_t* code_ = nullptr;           // per particle of the snapshot
+  std::uint8_t* cell_by_brick_ = nullptr;   // per particle sorted by brick
+  std::vector<std::uint32_t> brick_start_;  // per slot, one more for the strays and one at the end
 };
 
 }  // namespace firn

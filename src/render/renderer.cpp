@@ -27,7 +27,8 @@ struct Renderer::State {
         setup(std::move(given)),
         camera(setup.camera, setup.image),
         objects(setup.objects, setup.surfaces),
-        lights(setup.lights) {}
+        lights(setup.lights),
+        grid(table.trace) {}
 
   void build(const Snapshot& snapshot) {
     grid.build(snapshot, setup.snow);

@@ -6,11 +6,14 @@
 
 #include "kernels/reference/trace.h"
 #include "kernels/table.h"
+#include "src/core/isa.h"
 #include "src/particles/snapshot.h"
 #include "src/render/ray_stream.h"
 #include "src/render/render_grid.h"
 
 namespace firn::test {
+
+inline const kernels::TraceKernels& best_trace() { return supported_kernels().back()->trace; }
 
 // `count` particles of spacing about 1 in a cube that they fill; volumes differ by `uneven` (1: equal).
 Snapshot cloud(std::size_t count, std::uint64_t seed, double uneven = 1);

@@ -32,7 +32,7 @@ std::uint64_t fingerprint(const RenderGrid& grid) {
 
 TEST_CASE("the grid holds every particle once, at its place") {
   const Snapshot snapshot = cloud(3000, 5, 2);
-  RenderGrid grid;
+  RenderGrid grid(best_trace());
   grid.build(snapshot, {SnowLook{}});
   std::vector<std::uint32_t> seen;
   for (std::uint32_t i = 0; i < grid.size(); ++i) {
@@ -55,7 +55,7 @@ TEST_CASE("the grid is the same for any number of threads") {
   std::vector<std::uint64_t> hashes;
   for (const std::size_t threads : {1, 2, 4}) {
     tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-    RenderGrid grid;
+    RenderGrid grid(best_trace());
     grid.build(snapshot, {SnowLook{}});
     hashes.push_back(fingerprint(grid));
   }
@@ -63,12 +63,45 @@ TEST_CASE("the grid is the same for any number of threads") {
   CHECK(hashes[0] == hashes[2]);
 }
 
+TEST_CASE("the grid is the same for every instruction set") {
+  const Snapshot snapshot = cloud(20000, 16, 2);
+  std::vector<std::uint64_t> hashes;
+  for (const auto* table : supported_kernels()) {
+    RenderGrid grid(table->trace);
+    grid.build(snapshot, {SnowLook{}}, Radii::plain);
+    hashes.push_back(fingerprint(grid));
+  }
+  for (const std::uint64_t hash : hashes) CHECK(hash == hashes[0]);
+}
+
+TEST_CASE("plain radii are what the look says") {
+  const Snapshot snapshot = cloud(3000, 5, 2);
+  RenderGrid grid(best_trace());
+  SnowLook look;
+  look.radius = 0.6;
+  grid.build(snapshot, {look}, Radii::plain);
+  for (std::uint32_t i = 0; i < grid.size(); ++i)
+    REQUIRE(grid.radius(i) == Approx(0.6 * std::cbrt(snapshot.volume0[grid.snapshot_index(i)])));
+}
+
+TEST_CASE("balls of each cell are in the snapshot's order") {
+  const Snapshot snapshot = cloud(5000, 17, 1);
+  RenderGrid grid(best_trace());
+  grid.build(snapshot, {SnowLook{}}, Radii::plain);
+  const auto& view = grid.view();
+  for (std::size_t c = 0; c < grid.brick_of_slot().size() * kernels::kCellsPerBrick; ++c) {
+    REQUIRE(view.cell_start[c] <= view.cell_start[c + 1]);
+    for (std::uint32_t s = view.cell_start[c] + 1; s < view.cell_start[c + 1]; ++s)
+      REQUIRE(grid.snapshot_index(s - 1) < grid.snapshot_index(s));
+  }
+}
+
 TEST_CASE("balls grow where the snow stretches, and a lone particle is the smallest") {
   const auto radius_inside = [](double stretch) {
     Snapshot snapshot;
     add_particle(snapshot, Vec3(50, 0, 0), 1);
     for (int i = 0; i < 125; ++i) add_particle(snapshot, stretch * Vec3(i % 5, i / 5 % 5, i / 25), 1);
-    RenderGrid grid;
+    RenderGrid grid(best_trace());
     grid.build(snapshot, {SnowLook{}});
     double inside = 0;
     for (std::uint32_t i = 0; i < grid.size(); ++i) {
@@ -85,7 +118,7 @@ TEST_CASE("balls grow where the snow stretches, and a lone particle is the small
 
 TEST_CASE("a grid that is built again forgets the last frame") {
   const Snapshot small = cloud(300, 7), large = cloud(5000, 8);
-  RenderGrid fresh, used;
+  RenderGrid fresh(best_trace()), used(best_trace());
   fresh.build(small, {SnowLook{}});
   used.build(large, {SnowLook{}});
   used.build(small, {SnowLook{}});
@@ -97,7 +130,7 @@ TEST_CASE("a particle that is nowhere is refused as unstable, by its id") {
   snapshot.id[4] = 1234;
   for (const float bad : {std::nanf(""), INFINITY, -INFINITY}) {
     snapshot.x[1][4] = bad;
-    RenderGrid grid;
+    RenderGrid grid(best_trace());
     try {
       grid.build(snapshot, {SnowLook{}});
       FAIL("no error");
@@ -110,7 +143,7 @@ TEST_CASE("a particle that is nowhere is refused as unstable, by its id") {
 
 TEST_CASE("one particle far away does not spoil the cells of the others") {
   Snapshot snapshot = cloud(20000, 10);
-  RenderGrid near, with_far;
+  RenderGrid near(best_trace()), with_far(best_trace());
   near.build(snapshot, {SnowLook{}});
   add_particle(snapshot, Vec3(2e5, -1e5, 3e5), 1);
   with_far.build(snapshot, {SnowLook{}});
