@@ -60,6 +60,27 @@ struct RayView {
   std::uint32_t* hit;
 };
 
+// Fields of the snow stand on the corners of the cells, 5x5x5 of them in each occupied brick (those on its
+// sides are its neighbours' too), and are trilinear in between. They are gathered in tiles: the 7x7x7 corners
+// that particles of a brick reach, from one before the brick's first, in rows of eight.
+inline constexpr int kCornerSide = 5;
+inline constexpr int kBrickCorners = kCornerSide * kCornerSide * kCornerSide;
+inline constexpr int kFieldTileSide = 7, kFieldTileRow = 8;
+inline constexpr int kFieldTile = kFieldTileSide * kFieldTileSide * kFieldTileRow;
+
+// The implicit surface fill = level. Snow is where the fill is at least the level.
+enum CellKind : std::uint32_t {
+  kOutside,
+  kCrossed,
+  kInside
+};  // by the cell's corners: none, some, all in snow
+struct SurfaceField {
+  const float* fill = nullptr;               // per occupied brick: kBrickCorners, 1 in evenly packed snow
+  const std::uint32_t* cell_kind = nullptr;  // per occupied brick: four words, two bits a cell
+  float level = 0.5f;
+};
+inline constexpr std::uint32_t kSurfaceHit = 0xfffffffeu;
+
 struct Extent {
   float low, high;  // infinite if there is nothing
   bool finite;      // every value, and their sum
@@ -78,6 +99,16 @@ struct TraceKernels {
   void (*closest_coherent)(const TraceGrid&, const RayView&, std::size_t begin, std::size_t end) = nullptr;
   // Any hit nearer than the reach: `hit` is 0 where there is one, else kNoHit; t is left alone.
   void (*occluded)(const TraceGrid&, const RayView&, std::size_t begin, std::size_t end) = nullptr;
+  // Adds amount[s] of each sorted particle of [begin, end) to the corners around it, by the weights of P2G
+  // (the quadratic B-spline). They lie in the brick whose first cell is `first`; tile: kFieldTile.
+  void (*splat)(const TraceGrid&, const int first[3], std::uint32_t begin, std::uint32_t end,
+                const float* amount, float* tile) = nullptr;
+  // As `closest` and `occluded`, but against the surface of the snow in the cells, where the ray enters it:
+  // `hit` is kSurfaceHit there. Strays stay balls.
+  void (*surface_closest)(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t begin,
+                          std::size_t end) = nullptr;
+  void (*surface_occluded)(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t begin,
+                           std::size_t end) = nullptr;
 };
 
 }  // namespace firn::kernels

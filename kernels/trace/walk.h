@@ -42,7 +42,13 @@ class Walk {
       cell_[a] = select(fresh, cell_of(grid, a, o[a]), cell_[a]);
       aim(grid, a);
     }
+    entered_ = select(fresh, splat(0), entered_);
   }
+
+  Floats origin(int a) const { return o_[a]; }
+  Floats direction(int a) const { return d_[a]; }
+  Floats entered() const { return entered_; }  // m, along the ray to where it came into its cell
+  Floats leaves() const { return min(next_[0], min(next_[1], next_[2])); }
 
   Ints cell(int a) const { return cell_[a]; }
   FIRN_INLINE Ints brick(const TraceGrid& grid) const {
@@ -58,6 +64,7 @@ class Walk {
     Mask out[3];
     const Floats t = nearest(next_, out);
     Mask stopped = less_equal(reach, t);
+    entered_ = select(m, t, entered_);
     for (int a = 0; a < 3; ++a) {
       const Mask moved = m & out[a];
       cell_[a] = select(moved, cell_[a] + 2 * ahead_[a] - 1, cell_[a]);
@@ -80,6 +87,7 @@ class Walk {
     Mask out[3];
     const Floats t = nearest(exit, out);
     Mask stopped = less_equal(reach, t);
+    entered_ = select(m, t, entered_);
     for (int a = 0; a < 3; ++a) {
       const Ints there = cell_of(grid, a, fma(t, d_[a], o_[a]));
       const Ints least = select(forward(a), cell_[a], low[a]),
@@ -122,7 +130,8 @@ class Walk {
   }
 
   Floats o_[3], d_[3], inv_[3], next_[3];  // m; next_: to the next plane of each axis
-  Ints cell_[3], ahead_[3];                // ahead_: 1 where the ray goes up the axis
+  Floats entered_;
+  Ints cell_[3], ahead_[3];  // ahead_: 1 where the ray goes up the axis
 };
 
 }  // namespace firn::kernels::FIRN_ISA

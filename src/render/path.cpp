@@ -96,16 +96,23 @@ void TilePaths::meet(std::uint32_t depth) {
     if (meetings_[i].object >= 0) rays_.t(i) = meetings_[i].t;
     if (!view_.lights.hit(o, d, rays_.t(i), lamp_[i])) lamp_[i] = Vec3f::Constant(-1);
   }
-  const auto closest = depth == 0 ? view_.kernels.closest_coherent : view_.kernels.closest;
-  closest(view_.grid.view(), rays_.view(), 0, count);
+  if (view_.setup.image.snow == SnowShape::smooth) {
+    view_.kernels.surface_closest(view_.grid.view(), view_.snow.surface(), rays_.view(), 0, count);
+  } else {
+    const auto closest = depth == 0 ? view_.kernels.closest_coherent : view_.kernels.closest;
+    closest(view_.grid.view(), rays_.view(), 0, count);
+  }
   rays_traced_ += count;
 }
 
 TilePaths::Vertex TilePaths::snow_vertex(std::size_t ray, const Path& path, std::uint32_t depth) const {
-  const std::uint32_t ball = rays_.hit(ray), particle = view_.grid.snapshot_index(ball);
   const auto spacing = static_cast<float>(view_.grid.spacing());
-  const Vec3f p = rays_.at_hit(ray), d = rays_.direction(ray), from_center = p - view_.grid.center(ball);
-  const Vec3f smooth = view_.snow.normal(p, from_center / view_.grid.radius(ball));
+  const Vec3f p = rays_.at_hit(ray), d = rays_.direction(ray);
+  const bool ball = rays_.hit(ray) != kernels::kSurfaceHit;
+  const std::uint32_t sorted = ball ? rays_.hit(ray) : view_.snow.particle_near(p);
+  const std::uint32_t particle = view_.grid.snapshot_index(sorted);
+  const Vec3f from_center = p - view_.grid.center(sorted);
+  const Vec3f smooth = ball ? Vec3f(from_center / view_.grid.radius(sorted)) : view_.snow.normal(p, -d);
   const Vec3f grains = grain_slope(from_center / spacing, view_.snapshot.id[particle]);
   Vec3f normal = (smooth + grains).normalized();
   const float facing = normal.dot(d);
@@ -203,7 +210,12 @@ void TilePaths::bounce(std::uint32_t index, const Vertex& vertex, std::uint32_t 
 }
 
 void TilePaths::trace_shadows() {
-  view_.kernels.occluded(view_.grid.view(), shadows_.view(), 0, shadows_.size());
+  if (view_.setup.image.snow == SnowShape::smooth) {
+    view_.kernels.surface_occluded(view_.grid.view(), view_.snow.surface(), shadows_.view(), 0,
+                                   shadows_.size());
+  } else {
+    view_.kernels.occluded(view_.grid.view(), shadows_.view(), 0, shadows_.size());
+  }
   rays_traced_ += shadows_.size();
   for (std::size_t i = 0; i < shadows_.size(); ++i) {
     if (shadows_.hit(i) == kernels::kNoHit) paths_[path_of_shadow_[i]].light += shadow_light_[i];

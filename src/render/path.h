@@ -13,7 +13,7 @@
 #include "src/render/objects.h"
 #include "src/render/ray_stream.h"
 #include "src/render/render_grid.h"
-#include "src/render/snow_surface.h"
+#include "src/render/snow_field.h"
 
 namespace firn {
 
@@ -24,7 +24,7 @@ struct View {
   const ObjectSet& objects;
   const LightSet& lights;
   const RenderGrid& grid;
-  const SnowSurface& snow;
+  const SnowField& snow;
   const Snapshot& snapshot;
   const RenderSetup& setup;
 };

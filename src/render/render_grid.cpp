@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "src/core/parallel.h"
-#include "src/core/portable_math.h"
 
 namespace firn {
 namespace {
@@ -24,20 +23,7 @@ constexpr float kCellMargin = 1e-3f;
 // Room for lists: one bundle for so many balls of the grid. Cells that find none left are read by centre.
 constexpr std::size_t kBallsPerBundle = 40;
 
-constexpr double kCompanyReach = 2.2;  // spacings
-constexpr float kCompany = 5;  // weighted neighbours on a flat face of evenly packed particles; inside 9
-constexpr float kTorn = 1;     // below it a particle counts as lone: the same face stretched 1.6 times
-constexpr float kLoneShare = 0.7f, kStretchedShare = 1.35f;
-
-// A ball's share of its plain radius: from kCompany down it follows the local spacing, the count's inverse
-// cube root, and below kTorn it falls to kLoneShare.
-float radius_share(float company) {
-  const auto spacing = static_cast<float>(portable_cbrt(kCompany / std::max(company, kTorn)));
-  const float stretched = std::min(spacing, kStretchedShare);
-  if (company >= 2 * kTorn) return stretched;
-  const float t = company / (2 * kTorn);
-  return kLoneShare + (stretched - kLoneShare) * t * t * (3 - 2 * t);
-}
+constexpr float kFieldReach = 2.5f;  // cells: P2G's weights reach 1.5, and the corners there fill one more
 
 std::size_t brick_index(const kernels::TraceGrid& grid, int bx, int by, int bz) {
   return (static_cast<std::size_t>(bx) * grid.bricks[1] + by) * grid.bricks[2] + bz;
@@ -236,75 +222,6 @@ void RenderGrid::measure_clearance() {
   }
 }
 
-// A brick is core if balls fill it and two cells around it: nearly all of these cells hold one. Rays that
-// start in the open end before they reach it.
-void RenderGrid::find_core() {
-  constexpr int kShell = 2, kSide = kBrickCells + 2 * kShell, kEmptyAllowed = 8;  // cells
-  core_.resize(brick_of_slot_.size());
-  parallel_for(core_.size(), 64, [&](std::size_t slot) {
-    const std::size_t brick = brick_of_slot_[slot];
-    const int corner[3] = {static_cast<int>(brick / view_.bricks[2] / view_.bricks[1]) * kBrickCells - kShell,
-                           static_cast<int>(brick / view_.bricks[2] % view_.bricks[1]) * kBrickCells - kShell,
-                           static_cast<int>(brick % view_.bricks[2]) * kBrickCells - kShell};
-    int empty = 0;
-    for (int i = 0; i < kSide * kSide * kSide && empty <= kEmptyAllowed; ++i) {
-      const std::size_t cell = cell_index(view_, corner[0] + i / (kSide * kSide),
-                                          corner[1] + i / kSide % kSide, corner[2] + i % kSide);
-      empty += cell == kNoCell || cell_start_[cell] == cell_start_[cell + 1];
-    }
-    core_[slot] = empty <= kEmptyAllowed;
-  });
-}
-
-// Fits the balls to their surroundings. Snow that stretches stays closed until it tears: its balls grow with
-// the local spacing. A lone particle is drawn near the ball of its own volume (0.62 spacings). The measure is
-// the number of neighbours within 2.2 spacings, each weighted by (1 - d^2/R^2)^2, so that radii change
-// smoothly in time.
-void RenderGrid::fit_radii() {
-  std::vector<float> share(radius_.size(), 1.f);
-  parallel_for(brick_of_slot_.size(), 4, [&](std::size_t slot) {
-    if (core_[slot]) return;
-    const std::size_t brick = brick_of_slot_[slot];
-    const int corner[3] = {static_cast<int>(brick / view_.bricks[2] / view_.bricks[1]) * kBrickCells,
-                           static_cast<int>(brick / view_.bricks[2] % view_.bricks[1]) * kBrickCells,
-                           static_cast<int>(brick % view_.bricks[2]) * kBrickCells};
-    for (int c = 0; c < kCellsPerBrick; ++c) {
-      const int cell[3] = {corner[0] + (c >> 4), corner[1] + (c >> 2 & 3), corner[2] + (c & 3)};
-      const std::size_t place = slot * kCellsPerBrick + c;
-      for (std::uint32_t s = cell_start_[place]; s < cell_start_[place + 1]; ++s) {
-        share[s] = radius_share(count_neighbours(cell, s));
-      }
-    }
-  });
-  view_.max_radius = 0;
-  for (std::size_t s = 0; s < share.size(); ++s) {
-    radius_[s] *= share[s];
-    if (s < brick_start_[brick_start_.size() - 2]) view_.max_radius = std::max(view_.max_radius, radius_[s]);
-  }
-}
-
-// The weighted count of balls near ball s of this cell; stops at kCompany.
-float RenderGrid::count_neighbours(const int cell[3], std::uint32_t s) const {
-  const auto reach = static_cast<float>(kCompanyReach * layout_.spacing);
-  float sum = 0;
-  const auto add_cell = [&](int x, int y, int z) {
-    const std::size_t near = cell_index(view_, cell[0] + x, cell[1] + y, cell[2] + z);
-    if (near == kNoCell) return;
-    for (std::uint32_t other = cell_start_[near]; other < cell_start_[near + 1]; ++other) {
-      const float dx = x_[0][other] - x_[0][s], dy = x_[1][other] - x_[1][s], dz = x_[2][other] - x_[2][s];
-      const float rest = 1 - (dx * dx + dy * dy + dz * dz) / (reach * reach);
-      if (rest > 0 && other != s) sum += rest * rest;
-    }
-  };
-  // The cells that touch this one hold most of the sum, and packed snow needs no others.
-  for (int i = 0; i < 27; ++i) add_cell(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1);
-  for (int i = 0; i < 125 && sum < kCompany; ++i) {
-    const int x = i / 25 - 2, y = i / 5 % 5 - 2, z = i % 5 - 2;
-    if (std::max({std::abs(x), std::abs(y), std::abs(z)}) == 2) add_cell(x, y, z);
-  }
-  return std::min(sum, kCompany);
-}
-
 // The room of the lists serves the sort first.
 void RenderGrid::open_room(std::size_t count) {
   const std::size_t room = std::min<std::size_t>(count / kBallsPerBundle + 256, kernels::kMostListed);
@@ -344,7 +261,7 @@ void RenderGrid::list_strays() {
   view_.stray_bundles = strays_.size();
 }
 
-void RenderGrid::build(const Snapshot& snapshot, const std::vector<SnowLook>& looks, Radii radii) {
+void RenderGrid::build(const Snapshot& snapshot, const std::vector<SnowLook>& looks, bool fields) {
   layout_ = lay_out_grid(kernels_, snapshot, looks);
   open_view();
   open_room(snapshot.size());
@@ -352,14 +269,7 @@ void RenderGrid::build(const Snapshot& snapshot, const std::vector<SnowLook>& lo
   number_bricks();
   sort_by_brick(snapshot.size());
   sort_bricks(snapshot);
-  const bool fits = radii == Radii::fitted;
-  // Fitted balls may grow, and SnowSurface needs a cell more.
-  open_touched_bricks(fits ? kStretchedShare * view_.max_radius + view_.cell : view_.max_radius);
-  core_.clear();
-  if (fits) {
-    find_core();
-    fit_radii();
-  }
+  open_touched_bricks(fields ? std::max(view_.max_radius, kFieldReach * view_.cell) : view_.max_radius);
   measure_clearance();
   open_lists();
   list_strays();
@@ -368,7 +278,7 @@ void RenderGrid::build(const Snapshot& snapshot, const std::vector<SnowLook>& lo
 std::size_t RenderGrid::bytes() const {
   const auto of = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
   return of(slot_) + of(brick_of_slot_) + of(cell_start_) + of(list_) + of(order_) + of(x_[0]) + of(x_[1]) +
-         of(x_[2]) + of(radius_) + of(core_) + bundles_.resident_bytes() + of(strays_) + of(brick_start_);
+         of(x_[2]) + of(radius_) + bundles_.resident_bytes() + of(strays_) + of(brick_start_);
 }
 
 }  // namespace firn

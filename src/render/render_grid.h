@@ -18,7 +18,7 @@ namespace firn {
 
 inline constexpr std::size_t kNoCell = SIZE_MAX;
 
-// A cell's place in cell_start and SnowSurface's nodes; kNoCell outside the occupied bricks.
+// A cell's place in cell_start and list; kNoCell outside the occupied bricks.
 inline std::size_t cell_index(const kernels::TraceGrid& grid, int x, int y, int z) {
   if (x < 0 || y < 0 || z < 0 || x >= grid.cells[0] || y >= grid.cells[1] || z >= grid.cells[2])
     return kNoCell;
@@ -28,23 +28,19 @@ inline std::size_t cell_index(const kernels::TraceGrid& grid, int x, int y, int 
   return static_cast<std::size_t>(slot) * kernels::kCellsPerBrick + ((x & 3) << 4) + ((y & 3) << 2) + (z & 3);
 }
 
-// How large a ball is: as its look says, or fitted to the snow around it (see fit_radii).
-enum class Radii { plain, fitted };
-
 class RenderGrid {
  public:
   explicit RenderGrid(const kernels::TraceKernels& kernels) : kernels_(kernels) {}
 
   // An unstable Error if a position or volume is not finite.
-  void build(const Snapshot& snapshot, const std::vector<SnowLook>& looks, Radii radii = Radii::fitted);
+  // fields: with cells for all that SnowField reaches.
+  void build(const Snapshot& snapshot, const std::vector<SnowLook>& looks, bool fields = false);
 
   const kernels::TraceGrid& view() const { return view_; }
   std::size_t size() const { return order_.size(); }
   Vec3 origin() const { return layout_.origin; }      // m, world place of the render space's 0
   double spacing() const { return layout_.spacing; }  // m, mean particle spacing
   const std::vector<std::uint32_t>& brick_of_slot() const { return brick_of_slot_; }  // occupied bricks
-  // Whether no ray from the open gets into this brick; known when radii are fitted.
-  bool is_core(std::size_t slot) const { return slot < core_.size() && core_[slot] != 0; }
   std::size_t bytes() const;
 
   // Of a sorted index.
@@ -60,9 +56,6 @@ class RenderGrid {
   void sort_bricks(const Snapshot& snapshot);
   void open_touched_bricks(float reach);
   void measure_clearance();
-  void find_core();
-  void fit_radii();
-  float count_neighbours(const int cell[3], std::uint32_t s) const;
   void open_room(std::size_t count);
   void open_lists();
   void list_strays();
@@ -74,7 +67,6 @@ class RenderGrid {
   GridLayout layout_;
   kernels::TraceGrid view_;
   std::vector<std::int32_t> slot_;
-  std::vector<std::uint8_t> core_;
   std::vector<std::uint32_t> brick_of_slot_;
   std::vector<std::uint32_t> cell_start_, list_;
   std::vector<std::uint32_t> order_;  // sorted -> snapshot index; strays last

@@ -28,11 +28,13 @@ struct Renderer::State {
         camera(setup.camera, setup.image),
         objects(setup.objects, setup.surfaces),
         lights(setup.lights),
-        grid(table.trace) {}
+        grid(table.trace),
+        snow(table.trace) {}
 
   void build(const Snapshot& snapshot) {
-    grid.build(snapshot, setup.snow);
-    snow.build(grid);
+    const bool smooth = setup.image.snow == SnowShape::smooth;
+    grid.build(snapshot, setup.snow, smooth);
+    if (smooth) snow.build(grid, snapshot, setup.snow);
     objects.place(grid.origin(), snapshot.time);
     lights.place(grid.origin());
   }
@@ -59,7 +61,7 @@ struct Renderer::State {
   ObjectSet objects;
   LightSet lights;
   RenderGrid grid;
-  SnowSurface snow;
+  SnowField snow;
 };
 
 Renderer::Renderer(const kernels::KernelTable& kernels, RenderSetup setup)

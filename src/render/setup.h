@@ -20,11 +20,15 @@ struct Camera {
   double fov = 35;  // degrees, vertical
 };
 
+// What of the snow a ray meets: an implicit surface of the particles, or each as a ball.
+enum class SnowShape { smooth, spheres };
+
 struct ImageSettings {
   int width = 960;
   int height = 540;
   int samples = 16;     // paths a pixel
   int max_bounces = 6;  // surface interactions after the first hit; 0 = direct light only
+  SnowShape snow = SnowShape::smooth;
 };
 
 enum class SurfaceKind { diffuse, mirror, emission };
@@ -67,7 +71,8 @@ using Light = std::variant<QuadLight, SphereLight, SunLight, SkyLight, ConstantL
 
 struct SnowLook {                             // one per snow object
   Vec3f albedo = Vec3f(0.93f, 0.95f, 0.97f);  // diffuse, linear RGB
-  double radius = 0.8;  // of a drawn particle, in particle spacings (cbrt of its volume)
+  double radius = 0.8;   // of a drawn particle, in particle spacings (cbrt of its volume)
+  double density = 400;  // kg/m^3, as placed
 };
 
 struct RenderSetup {

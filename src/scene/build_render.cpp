@@ -71,7 +71,10 @@ RenderSetup build_render(const SceneConfig& scene) {
   setup.surfaces.insert(setup.surfaces.end(), scene.surfaces.begin(), scene.surfaces.end());
   place_objects(scene, setup);
   for (const LightConfig& light : scene.lights) setup.lights.push_back(make_light(light));
-  for (const SnowConfig& snow : scene.snow) setup.snow.push_back(snow.look);
+  for (const SnowConfig& snow : scene.snow) {
+    setup.snow.push_back(snow.look);
+    setup.snow.back().density = snow.material.density;
+  }
   return setup;
 }
 

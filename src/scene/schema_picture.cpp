@@ -27,6 +27,10 @@ TableSpec image_table() {
   t.key("height", &I::height, {.unit = "pixels", .range = between(1, 32768), .meaning = "of the picture"});
   t.key("samples", &I::samples,
         {.range = between(1, 1000000), .meaning = "paths a pixel: more is less noise"});
+  t.key("snow", &I::snow,
+        {.choices = {"smooth", "spheres"},
+         .meaning =
+             "what of the snow is seen: a smooth surface around the particles, or each of them as a ball"});
   t.key("max_bounces", &I::max_bounces,
         {.range = between(0, 1000), .meaning = "reflections after the first hit; 0 is direct light only"});
   return t.take();

@@ -17,9 +17,9 @@ using namespace firn::test;
 
 namespace {
 
-RenderGrid grid_of(const Snapshot& snapshot, Radii radii = Radii::fitted) {
+RenderGrid grid_of(const Snapshot& snapshot) {
   RenderGrid grid(best_trace());
-  grid.build(snapshot, {SnowLook{}}, radii);
+  grid.build(snapshot, {SnowLook{}});
   return grid;
 }
 
@@ -147,8 +147,7 @@ TEST_CASE("threads that meet in the same cells find the same") {
 TEST_CASE("a million fuzzed rays against brute force") {
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     const RenderGrid grid =
-        grid_of(cloud(1 + hash_keys(seed, 91) % 300, seed, 1 + 0.01 * static_cast<double>(seed)),
-                seed % 2 == 0 ? Radii::plain : Radii::fitted);
+        grid_of(cloud(1 + hash_keys(seed, 91) % 300, seed, 1 + 0.01 * static_cast<double>(seed)));
     INFO("seed " << seed);
     const RayStream rays = make_rays(grid, kAllKinds[seed % std::size(kAllKinds)], 5000, seed);
     REQUIRE(judge_closest(best_trace().closest, grid, rays) == "");

@@ -1,0 +1,351 @@
+// SPDX-License-Identifier: MIT
+#include "src/render/snow_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "src/core/parallel.h"
+
+namespace firn {
+namespace {
+
+using kernels::kBrickCells;
+using kernels::kBrickCorners;
+using kernels::kCellsPerBrick;
+using kernels::kCornerSide;
+using kernels::kFieldTile;
+using kernels::kFieldTileRow;
+using kernels::kFieldTileSide;
+
+constexpr std::uint32_t kNone = 0xffffffffu;
+constexpr float kLevel = 0.5f;
+// A particle whose place is filled less than this counts as much more as it lacks. A lone one is then a drop
+// of the radius at which the kernel has fallen to kLevel / kCompany of its middle: 0.6 spacings for cells
+// of 1.6.
+constexpr float kCompany = 0.6f;
+
+int corner_index(int x, int y, int z) { return (x * kCornerSide + y) * kCornerSide + z; }
+int tile_index(int x, int y, int z) {  // from -1
+  return ((x + 1) * kFieldTileSide + y + 1) * kFieldTileRow + z + 1;
+}
+
+}  // namespace
+
+// The slot of the k-th of the 27 bricks around, or SIZE_MAX.
+std::size_t SnowField::around(std::size_t slot, int k) const {
+  const kernels::TraceGrid& grid = grid_->view();
+  const std::size_t brick = grid_->brick_of_slot()[slot];
+  const int p[3] = {static_cast<int>(brick / grid.bricks[2] / grid.bricks[1]) + k / 9 - 1,
+                    static_cast<int>(brick / grid.bricks[2] % grid.bricks[1]) + k / 3 % 3 - 1,
+                    static_cast<int>(brick % grid.bricks[2]) + k % 3 - 1};
+  for (int a = 0; a < 3; ++a) {
+    if (p[a] < 0 || p[a] >= grid.bricks[a]) return SIZE_MAX;
+  }
+  const std::int32_t its =
+      grid.slot[(static_cast<std::size_t>(p[0]) * grid.bricks[1] + p[1]) * grid.bricks[2] + p[2]];
+  return its < 0 ? SIZE_MAX : static_cast<std::size_t>(its);
+}
+
+// Each brick that holds particles of a non-zero amount gets a tile.
+void SnowField::splat_bricks(const std::vector<float>& amount) {
+  const kernels::TraceGrid& grid = grid_->view();
+  const std::size_t slots = grid_->brick_of_slot().size();
+  tile_at_.assign(slots, kNone);
+  parallel_for(slots, 64, [&](std::size_t slot) {
+    const std::uint32_t begin = grid.cell_start[slot * kCellsPerBrick],
+                        end = grid.cell_start[(slot + 1) * kCellsPerBrick];
+    for (std::uint32_t s = begin; s < end; ++s) {
+      if (amount[s] == 0) continue;
+      tile_at_[slot] = 0;
+      break;
+    }
+  });
+  std::uint32_t tiles = 0;
+  for (std::uint32_t& at : tile_at_) {
+    if (at != kNone) at = tiles++;
+  }
+  tile_.resize(static_cast<std::size_t>(tiles) * kFieldTile);
+  parallel_for(slots, 8, [&](std::size_t slot) {
+    if (tile_at_[slot] == kNone) return;
+    float* tile = &tile_[static_cast<std::size_t>(tile_at_[slot]) * kFieldTile];
+    std::fill(tile, tile + kFieldTile, 0.f);
+    const std::size_t brick = grid_->brick_of_slot()[slot];
+    const int first[3] = {static_cast<int>(brick / grid.bricks[2] / grid.bricks[1]) * kBrickCells,
+                          static_cast<int>(brick / grid.bricks[2] % grid.bricks[1]) * kBrickCells,
+                          static_cast<int>(brick % grid.bricks[2]) * kBrickCells};
+    kernels_.splat(grid, first, grid.cell_start[slot * kCellsPerBrick],
+                   grid.cell_start[(slot + 1) * kCellsPerBrick], amount.data(), tile);
+  });
+}
+
+// Sums the tiles that reach each brick's corners, always in the same order.
+void SnowField::gather_corners(std::vector<float>& corners, bool add) const {
+  const std::size_t slots = grid_->brick_of_slot().size();
+  parallel_for(slots, 16, [&](std::size_t slot) {
+    float* out = &corners[slot * kBrickCorners];
+    if (!add) std::fill(out, out + kBrickCorners, 0.f);
+    for (int k = 0; k < 27; ++k) {
+      const std::size_t other = around(slot, k);
+      if (other == SIZE_MAX || tile_at_[other] == kNone) continue;
+      const float* tile = &tile_[static_cast<std::size_t>(tile_at_[other]) * kFieldTile];
+      const int step[3] = {k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1};
+      int low[3], high[3];
+      for (int a = 0; a < 3; ++a) {
+        low[a] = step[a] > 0 ? kBrickCells - 1 : 0;
+        high[a] = step[a] < 0 ? 1 : kBrickCells;
+      }
+      for (int x = low[0]; x <= high[0]; ++x) {
+        for (int y = low[1]; y <= high[1]; ++y) {
+          const float* row =
+              tile + tile_index(x - kBrickCells * step[0], y - kBrickCells * step[1], -kBrickCells * step[2]);
+          float* to = out + corner_index(x, y, 0);
+          for (int z = low[2]; z <= high[2]; ++z) to[z] += row[z];
+        }
+      }
+    }
+  });
+}
+
+void SnowField::splat(const std::vector<float>& amount, std::vector<float>& corners) {
+  corners.resize(grid_->brick_of_slot().size() * kBrickCorners);
+  splat_bricks(amount);
+  gather_corners(corners, false);
+}
+
+// Adds to the fill what particles with little company count for more.
+void SnowField::add_company(const std::vector<float>& volume) {
+  const kernels::TraceGrid& grid = grid_->view();
+  const std::size_t slots = grid_->brick_of_slot().size();
+  std::vector<float> more(volume.size(), 0.f);
+  parallel_for(slots, 16, [&](std::size_t slot) {
+    for (int c = 0; c < kCellsPerBrick; ++c) {
+      const std::size_t cell = slot * kCellsPerBrick + static_cast<std::size_t>(c);
+      const float* corner = &fill_[slot * kBrickCorners + corner_index(c >> 4, c >> 2 & 3, c & 3)];
+      float least = corner[0];
+      for (int k = 1; k < 8; ++k) least = std::min(least, corner[corner_index(k >> 2, k >> 1 & 1, k & 1)]);
+      if (least >= kCompany) continue;
+      for (std::uint32_t s = grid.cell_start[cell]; s < grid.cell_start[cell + 1]; ++s) {
+        const float here = fill(grid_->center(s));
+        if (here < kCompany) more[s] = volume[s] * (kCompany / std::max(here, 1e-3f) - 1);
+      }
+    }
+  });
+  splat_bricks(more);
+  if (!tile_.empty()) gather_corners(fill_, true);
+}
+
+void SnowField::find_kinds() {
+  const std::size_t slots = grid_->brick_of_slot().size();
+  kind_.assign(slots * 4, 0);
+  parallel_for(slots, 32, [&](std::size_t slot) {
+    for (int c = 0; c < kCellsPerBrick; ++c) {
+      const float* corner = &fill_[slot * kBrickCorners + corner_index(c >> 4, c >> 2 & 3, c & 3)];
+      int in = 0;
+      for (int k = 0; k < 8; ++k) in += corner[corner_index(k >> 2, k >> 1 & 1, k & 1)] >= kLevel;
+      const std::uint32_t kind = in == 0 ? kernels::kOutside : in == 8 ? kernels::kInside : kernels::kCrossed;
+      kind_[slot * 4 + static_cast<std::size_t>(c >> 4)] |= kind << (2 * (c & 15));
+    }
+  });
+}
+
+// Central differences, smoothed across (Sobel), at the corners of the bricks that the surface crosses.
+void SnowField::measure_gradients() {
+  const std::size_t slots = grid_->brick_of_slot().size();
+  gradient_at_.assign(slots, kNone);
+  std::uint32_t crossed = 0;
+  for (std::size_t slot = 0; slot < slots; ++slot) {
+    std::uint32_t any = 0;
+    for (std::size_t w = 0; w < 4; ++w) any |= kind_[slot * 4 + w] & 0x55555555u;
+    if (any != 0) gradient_at_[slot] = crossed++;
+  }
+  gradient_.resize(static_cast<std::size_t>(crossed) * 3 * kBrickCorners);
+  const float per_metre = 0.5f * grid_->view().inv_cell;
+  parallel_for(slots, 16, [&](std::size_t slot) {
+    if (gradient_at_[slot] == kNone) return;
+    std::size_t other[27];
+    for (int k = 0; k < 27; ++k) other[k] = around(slot, k);
+    // Corners -1..5 of this brick, from the bricks that hold them.
+    float block[kFieldTile];
+    for (int c = 0; c < kFieldTileSide * kFieldTileSide * kFieldTileSide; ++c) {
+      const int p[3] = {c / (kFieldTileSide * kFieldTileSide) - 1, c / kFieldTileSide % kFieldTileSide - 1,
+                        c % kFieldTileSide - 1};
+      int q[3], k = 0;
+      for (int a = 0; a < 3; ++a) {
+        const int step = p[a] < 0 ? -1 : p[a] > kBrickCells ? 1 : 0;
+        q[a] = p[a] - kBrickCells * step;
+        k = 3 * k + step + 1;
+      }
+      block[tile_index(p[0], p[1], p[2])] =
+          other[k] == SIZE_MAX ? 0.f : fill_[other[k] * kBrickCorners + corner_index(q[0], q[1], q[2])];
+    }
+    float* out = &gradient_[static_cast<std::size_t>(gradient_at_[slot]) * 3 * kBrickCorners];
+    for (int c = 0; c < kBrickCorners; ++c) {
+      const int at =
+          tile_index(c / (kCornerSide * kCornerSide), c / kCornerSide % kCornerSide, c % kCornerSide);
+      float sum[3] = {0, 0, 0};
+      for (int k = 0; k < 27; ++k) {
+        const int d[3] = {k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1};
+        const float v = block[at + (d[0] * kFieldTileSide + d[1]) * kFieldTileRow + d[2]];
+        for (int a = 0; a < 3; ++a) {
+          const int u = (a + 1) % 3, w = (a + 2) % 3;
+          sum[a] += static_cast<float>(d[a] * (2 - d[u] * d[u]) * (2 - d[w] * d[w])) * v;
+        }
+      }
+      for (int a = 0; a < 3; ++a) out[3 * c + a] = sum[a] * per_metre / 16;
+    }
+  });
+}
+
+void SnowField::build(const RenderGrid& grid, const Snapshot& snapshot, const std::vector<SnowLook>& looks) {
+  grid_ = &grid;
+  const std::size_t count = grid.size();
+  const double per_cell = std::pow(static_cast<double>(grid.view().inv_cell), 3);
+  std::vector<float> volume(count), mass(count);
+  bool alike = true;  // all of one density as placed: the fill is the density then, but for a factor
+  const SnowLook first = looks.empty() ? SnowLook{} : looks.front();
+  for (const SnowLook& look : looks) alike = alike && look.density == first.density;
+  parallel_chunks(count, 8192, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t s = begin; s < end; ++s) {
+      const std::uint32_t i = grid.snapshot_index(static_cast<std::uint32_t>(s));
+      volume[s] = static_cast<float>(snapshot.volume0[i] * per_cell);
+      const std::size_t object = snapshot.object[i];
+      const double placed = looks.empty() ? first.density : looks[std::min(object, looks.size() - 1)].density;
+      mass[s] = static_cast<float>(volume[s] * placed);
+    }
+  });
+  splat(mass, density_);
+  fill_.resize(density_.size());
+  if (alike) {
+    const float by_mass = static_cast<float>(1 / first.density);
+    parallel_chunks(fill_.size(), 1 << 16, [&](std::size_t, std::size_t begin, std::size_t end) {
+      for (std::size_t c = begin; c < end; ++c) fill_[c] = density_[c] * by_mass;
+    });
+  } else {
+    splat(volume, fill_);
+  }
+  add_company(volume);
+  find_kinds();
+  measure_gradients();
+  surface_ = {fill_.data(), kind_.data(), kLevel};
+}
+
+bool SnowField::find(const Vec3f& p, Place& place) const {
+  const kernels::TraceGrid& grid = grid_->view();
+  int cell[3];
+  for (int a = 0; a < 3; ++a) {
+    const float at = p[a] * grid.inv_cell;
+    if (!(at >= 0 && at < static_cast<float>(grid.cells[a]))) return false;
+    cell[a] = static_cast<int>(at);
+    place.cell[a] = cell[a] & 3;
+    place.part[a] = at - static_cast<float>(cell[a]);
+  }
+  const std::size_t index = cell_index(grid, cell[0], cell[1], cell[2]);
+  if (index == kNoCell) return false;
+  place.slot = index / kCellsPerBrick;
+  return true;
+}
+
+float SnowField::interpolate(const std::vector<float>& field, const Place& place) const {
+  const float* corner =
+      &field[place.slot * kBrickCorners + corner_index(place.cell[0], place.cell[1], place.cell[2])];
+  float sum = 0;
+  for (int k = 0; k < 8; ++k) {
+    const int x = k >> 2, y = k >> 1 & 1, z = k & 1;
+    sum += (x ? place.part[0] : 1 - place.part[0]) * (y ? place.part[1] : 1 - place.part[1]) *
+           (z ? place.part[2] : 1 - place.part[2]) * corner[corner_index(x, y, z)];
+  }
+  return sum;
+}
+
+float SnowField::density(const Vec3f& p) const {
+  Place place;
+  return find(p, place) ? interpolate(density_, place) : 0.f;
+}
+float SnowField::fill(const Vec3f& p) const {
+  Place place;
+  return find(p, place) ? interpolate(fill_, place) : 0.f;
+}
+
+float SnowField::majorant(std::size_t cell) const {
+  const std::size_t slot = cell / kCellsPerBrick, c = cell % kCellsPerBrick;
+  const float* corner =
+      &density_[slot * kBrickCorners + corner_index(static_cast<int>(c >> 4), static_cast<int>(c >> 2 & 3),
+                                                    static_cast<int>(c & 3))];
+  float most = corner[0];
+  for (int k = 1; k < 8; ++k) most = std::max(most, corner[corner_index(k >> 2, k >> 1 & 1, k & 1)]);
+  return most;
+}
+
+Vec3f SnowField::normal(const Vec3f& p, const Vec3f& otherwise) const {
+  Place place;
+  if (!find(p, place) || gradient_at_[place.slot] == kNone) return otherwise;
+  const float* corner = &gradient_[(static_cast<std::size_t>(gradient_at_[place.slot]) * kBrickCorners +
+                                    corner_index(place.cell[0], place.cell[1], place.cell[2])) *
+                                   3];
+  Vec3f sum = Vec3f::Zero();
+  for (int k = 0; k < 8; ++k) {
+    const int x = k >> 2, y = k >> 1 & 1, z = k & 1;
+    const float weight = (x ? place.part[0] : 1 - place.part[0]) * (y ? place.part[1] : 1 - place.part[1]) *
+                         (z ? place.part[2] : 1 - place.part[2]);
+    const float* g = corner + 3 * corner_index(x, y, z);
+    sum -= weight * Vec3f(g[0], g[1], g[2]);
+  }
+  const float length = sum.norm();
+  return length > 1e-12f ? Vec3f(sum / length) : otherwise;
+}
+
+std::uint32_t SnowField::particle_near(const Vec3f& p) const {
+  const kernels::TraceGrid& grid = grid_->view();
+  int cell[3];
+  for (int a = 0; a < 3; ++a)
+    cell[a] = static_cast<int>(std::clamp(p[a] * grid.inv_cell, 0.f, static_cast<float>(grid.cells[a] - 1)));
+  std::uint32_t best = kernels::kNoHit;
+  float least = std::numeric_limits<float>::infinity();
+  for (int k = 0; k < 27; ++k) {
+    const std::size_t near =
+        cell_index(grid, cell[0] + k / 9 - 1, cell[1] + k / 3 % 3 - 1, cell[2] + k % 3 - 1);
+    if (near == kNoCell) continue;
+    for (std::uint32_t s = grid.cell_start[near]; s < grid.cell_start[near + 1]; ++s) {
+      const float distance = (grid_->center(s) - p).squaredNorm();
+      if (distance < least) least = distance, best = s;
+    }
+  }
+  return best;
+}
+
+double SnowField::mass() const {
+  // Of a trilinear field each cell holds its volume times the mean of its corners.
+  double sum = 0;
+  for (std::size_t cell = 0; cell < grid_->brick_of_slot().size() * kCellsPerBrick; ++cell) {
+    const std::size_t slot = cell / kCellsPerBrick, c = cell % kCellsPerBrick;
+    const float* corner =
+        &density_[slot * kBrickCorners + corner_index(static_cast<int>(c >> 4), static_cast<int>(c >> 2 & 3),
+                                                      static_cast<int>(c & 3))];
+    for (int k = 0; k < 8; ++k) sum += corner[corner_index(k >> 2, k >> 1 & 1, k & 1)];
+  }
+  return sum / 8 * std::pow(static_cast<double>(grid_->view().cell), 3);
+}
+
+double SnowField::clipped_mass() const {
+  constexpr int kPoints = 4;  // along each side of a cell
+  double sum = 0;
+  for (std::size_t slot = 0; slot < grid_->brick_of_slot().size(); ++slot) {
+    for (int c = 0; c < kCellsPerBrick; ++c) {
+      Place place{slot, {c >> 4, c >> 2 & 3, c & 3}, {}};
+      for (int k = 0; k < kPoints * kPoints * kPoints; ++k) {
+        const int at[3] = {k / (kPoints * kPoints), k / kPoints % kPoints, k % kPoints};
+        for (int a = 0; a < 3; ++a) place.part[a] = (static_cast<float>(at[a]) + 0.5f) / kPoints;
+        if (interpolate(fill_, place) >= kLevel) sum += interpolate(density_, place);
+      }
+    }
+  }
+  return sum * std::pow(static_cast<double>(grid_->view().cell) / kPoints, 3);
+}
+
+std::size_t SnowField::bytes() const {
+  const auto of = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
+  return of(fill_) + of(density_) + of(kind_) + of(gradient_at_) + of(gradient_) + of(tile_) + of(tile_at_);
+}
+
+}  // namespace firn
