@@ -10,8 +10,9 @@ namespace firn::kernels::FIRN_ISA {
 namespace {
 
 // The 64 nodes, one array a component: contacts work with one node a lane.
-struct NodeVelocities {
-  alignas(64) float x[kBlockNodes], y[kBlockNodes], z[kBlockNodes];
+struct NodeColumns {
+  alignas(64) float x[kBlockNodes], y[kBlockNodes], z[kBlockNodes];  // velocity, m/s
+  alignas(64) float mass[kBlockNodes];                               // kg; 0: what it is given does not count
 };
 
 // v: relative to the collider.
@@ -37,7 +38,20 @@ FIRN_INLINE Vec3 collider_velocity(const ContactNodes& c, int i) {
   return velocity + cross(turn, offset);
 }
 
-FIRN_INLINE void apply_contact(const ContactNodes& c, NodeVelocities& v) {
+// Node after node, so that the sum does not depend on the number of lanes.
+FIRN_INLINE void add_impulse(const Vec3& given, double* impulse) {
+  alignas(64) float x[kLanes], y[kLanes], z[kLanes];
+  store(x, given.x);
+  store(y, given.y);
+  store(z, given.z);
+  for (int l = 0; l < kLanes; ++l) {
+    impulse[0] += static_cast<double>(x[l]);
+    impulse[1] += static_cast<double>(y[l]);
+    impulse[2] += static_cast<double>(z[l]);
+  }
+}
+
+FIRN_INLINE void apply_contact(const ContactNodes& c, NodeColumns& v, double* impulse) {
   for (int i = 0; i < kBlockNodes; i += kLanes) {
     const Mask touching = less(load(c.distance + i), splat(kTouchingCells));
     if (!any(touching)) continue;
@@ -54,6 +68,7 @@ FIRN_INLINE void apply_contact(const ContactNodes& c, NodeVelocities& v) {
     store(v.x + i, after.x);
     store(v.y + i, after.y);
     store(v.z + i, after.z);
+    add_impulse((after - before) * load(v.mass + i), impulse);
   }
 }
 
@@ -82,16 +97,18 @@ FIRN_INLINE void to_velocity(const StepParams& step, float* nodes) {
 
 }  // namespace
 
-void grid_update(const StepParams& step, const ContactNodes* contacts, int contact_count, float* nodes) {
+void grid_update(const StepParams& step, const ContactNodes* contacts, int contact_count,
+                 std::uint64_t counted, float* nodes, double* impulses) {
   to_velocity(step, nodes);
   if (contact_count == 0) return;
-  NodeVelocities v;
+  NodeColumns v;
   for (int i = 0; i < kBlockNodes; ++i) {
     v.x[i] = nodes[4 * i];
     v.y[i] = nodes[4 * i + 1];
     v.z[i] = nodes[4 * i + 2];
+    v.mass[i] = counted >> i & 1 ? nodes[4 * i + 3] : 0.f;
   }
-  for (int k = 0; k < contact_count; ++k) apply_contact(contacts[k], v);
+  for (int k = 0; k < contact_count; ++k) apply_contact(contacts[k], v, impulses + 3 * contacts[k].collider);
   for (int i = 0; i < kBlockNodes; ++i) {
     nodes[4 * i] = v.x[i];
     nodes[4 * i + 1] = v.y[i];

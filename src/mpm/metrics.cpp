@@ -128,6 +128,10 @@ Metrics Simulation::metrics() const {
   all.particles_left = s.left;
   all.particles_asleep = s.asleep();
   all.step = s.last_step;
+  all.plastic_work = s.plastic_work;
+  for (std::size_t k = 0; k < s.setup.colliders.size(); ++k) {
+    all.contacts.push_back({s.setup.colliders[k].name, s.forces.mean(k, s.time)});
+  }
   return all;
 }
 

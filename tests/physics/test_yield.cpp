@@ -186,3 +186,55 @@ TEST_CASE("snow under its own weight yields from the depth where theta_c is reac
   INFO("yields from " << shallowest << " m");
   CHECK(shallowest == Approx(expected).margin(dx));
 }
+
+TEST_CASE("plastic work never falls, is none without yielding, and with the numerical loss closes the balance",
+          "[physics]") {
+  for (const bool plastic : {false, true}) {
+    SimulationSetup setup;
+    setup.dx = 0.01;
+    setup.gravity = Vec3::Zero();
+    setup.sleep = false;
+    const Material material = plastic ? Material{} : elastic();
+    setup.snow.push_back(ball(Vec3(-0.06, 0, 0), 0.05, setup.dx, material, Vec3(5, 0, 0)));
+    setup.snow.push_back(ball(Vec3(0.06, 0.02, 0), 0.05, setup.dx, material, Vec3(-5, 0, 0)));
+    Simulation simulation(best_kernels(), setup);
+    const double start = energy(simulation.metrics());
+    double last = 0, least = INFINITY, most = 0;  // of what is left of the balance, over `start`
+    for (int frame = 1; frame <= 40; ++frame) {
+      REQUIRE(simulation.advance_to(1e-3 * frame, kNeverStop));
+      const Metrics m = simulation.metrics();
+      CHECK(m.plastic_work >= last);
+      last = m.plastic_work;
+      const double numerical = (start - energy(m) - m.plastic_work) / start;
+      least = std::min(least, numerical);
+      most = std::max(most, numerical);
+    }
+    INFO("plastic " << plastic << ": plastic work " << last / start << ", numerical loss " << least << " to "
+                    << most << ", energy at last " << energy(simulation.metrics()) / start);
+    CHECK((plastic ? last > 0.1 * start : last == 0));
+    CHECK(least > -0.005);
+    CHECK(most < (plastic ? 0.15 : 0.15));
+  }
+}
+
+TEST_CASE("yielding never makes energy: the plastic work of every preset only grows", "[physics]") {
+  for (const Preset& preset : presets()) {
+    INFO(preset.name);
+    SimulationSetup setup;
+    setup.dx = 0.02;
+    setup.snow.push_back(ball(Vec3(0, 0.12, 0), 0.1, setup.dx, preset.material, Vec3(0, -6, 0)));
+    setup.colliders.push_back(plane(Vec3::Zero(), Vec3(0, 1, 0), Contact::separating, 0.3));
+    Simulation simulation(best_kernels(), setup);
+    const double start = energy(simulation.metrics());
+    double last = 0;
+    for (int frame = 1; frame <= 60; ++frame) {
+      simulation.advance_to(1e-3 * frame, kNeverStop);
+      const double now = simulation.metrics().plastic_work;
+      CHECK(now >= last);
+      last = now;
+    }
+    INFO("plastic work " << last / start << ", energy " << energy(simulation.metrics()) / start);
+    CHECK(last > 0);
+    CHECK(last < start - energy(simulation.metrics()));
+  }
+}
