@@ -65,8 +65,8 @@ void timed_step(State& s, TransferTimes& times) {
   times.grid.add(seconds_of([&] {
     for (std::size_t g = 0; g < s.grid.size(); ++g) {
       const auto& contacts = s.grid.contacts(g);
-      s.kernels.mpm.grid_update(params, contacts.data(), static_cast<int>(contacts.size()),
-                                ~std::uint64_t{0}, s.grid.nodes(g), impulses.data());
+      s.kernels.mpm.grid_update(params, contacts.data(), static_cast<int>(contacts.size()), ~std::uint64_t{0},
+                                s.grid.nodes(g), impulses.data());
     }
   }));
   times.g2p.add(seconds_of([&] { s.grid_to_particles(params); }));

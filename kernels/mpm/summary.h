@@ -39,10 +39,9 @@ class Summary {
   }
 
   FIRN_INLINE void write(BlockSummary& out) const {
-    out = {largest_lane(speed2_), largest_lane(wave2_),
-           largest_lane(rate2_),  strayed(),
-           !all(finite_),         clamped_,
-           plastic_work_};
+    out = {
+        largest_lane(speed2_), largest_lane(wave2_), largest_lane(rate2_), strayed(), !all(finite_), clamped_,
+        plastic_work_};
   }
 
  private:

@@ -91,12 +91,12 @@ struct ContactNodes {
 // What G2P saw in one block: maxima (their order does not matter) that choose dt, and what must not be
 // overlooked.
 struct BlockSummary {
-  float speed2;             // m^2/s^2, largest |v|^2
-  float wave2;              // m^2/s^2, largest squared speed of elastic waves
-  float rate2;              // 1/s^2, largest |C|_F^2
-  std::int32_t strayed;     // some particle left the block's margin: sort before the next P2G
-  std::int32_t not_finite;  // some particle has a NaN or an infinity
-  std::int32_t clamped;     // particles whose F was clamped
+  float speed2;               // m^2/s^2, largest |v|^2
+  float wave2;                // m^2/s^2, largest squared speed of elastic waves
+  float rate2;                // 1/s^2, largest |C|_F^2
+  std::int32_t strayed;       // some particle left the block's margin: sort before the next P2G
+  std::int32_t not_finite;    // some particle has a NaN or an infinity
+  std::int32_t clamped;       // particles whose F was clamped
   std::int64_t plastic_work;  // StepParams::work_quanta: what that took from their elastic energy
 };
 

@@ -100,8 +100,8 @@ void p2g(const StepParams& step, const MaterialParams* materials, const Particle
   }
 }
 
-void grid_update(const StepParams& step, const ContactNodes* contacts, int contact_count, std::uint64_t counted,
-                 double* nodes, double* impulses) {
+void grid_update(const StepParams& step, const ContactNodes* contacts, int contact_count,
+                 std::uint64_t counted, double* nodes, double* impulses) {
   for (int n = 0; n < kBlockNodes; ++n) {
     double* node = nodes + 4 * n;
     for (int axis = 0; axis < 3; ++axis) {

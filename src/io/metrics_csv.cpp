@@ -16,7 +16,8 @@ constexpr const char* kHeader =
     "frame,time_s,steps,particle_steps,particles,particles_left,particles_asleep,mass_kg,momentum_x_kg_m_s,"
     "momentum_y_kg_m_s,"
     "momentum_z_kg_m_s,angular_momentum_x_kg_m2_s,angular_momentum_y_kg_m2_s,angular_momentum_z_kg_m2_s,"
-    "kinetic_energy_J,elastic_energy_J,potential_energy_J,plastic_work_J,volume_m3,density_p05_kg_m3,density_p50_kg_m3,"
+    "kinetic_energy_J,elastic_energy_J,potential_energy_J,plastic_work_J,volume_m3,density_p05_kg_m3,density_"
+    "p50_kg_m3,"
     "density_p95_kg_m3,front_m,max_speed_m_s,min_x_m,min_y_m,min_z_m,"
     "max_x_m,"
     "max_y_m,max_z_m,dt_s,dt_cause";
@@ -67,8 +68,8 @@ void MetricsCsv::add(int frame, const Metrics& m) {
   put_vector(row, m.momentum);
   put_vector(row, m.angular_momentum);
   row << ',' << m.kinetic_energy << ',' << m.elastic_energy << ',' << m.potential_energy << ','
-      << m.plastic_work << ',' << m.volume << ',' << m.density_p05 << ',' << m.density_p50 << ',' << m.density_p95 << ',' << m.front << ','
-      << m.max_speed;
+      << m.plastic_work << ',' << m.volume << ',' << m.density_p05 << ',' << m.density_p50 << ','
+      << m.density_p95 << ',' << m.front << ',' << m.max_speed;
   put_vector(row, m.bounds.min);
   put_vector(row, m.bounds.max);
   row << ',' << m.step.dt << ',' << field(m.step.cause);

@@ -112,9 +112,9 @@ void Simulation::load(std::istream& in) {
   }
   read(in, &print, 1);
   if (print != fingerprint(s)) {
-    throw Error(
-        ExitCode::io, "",
-        "the saved simulation is of another scene: dx, dt, gravity, materials, colliders, their motion or sleep differ");
+    throw Error(ExitCode::io, "",
+                "the saved simulation is of another scene: dx, dt, gravity, materials, colliders, their "
+                "motion or sleep differ");
   }
   Counters c{};
   read(in, &c, 1);

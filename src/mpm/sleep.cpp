@@ -16,7 +16,8 @@ namespace {
 constexpr double kQuietSpeed = 0.005;
 constexpr double kQuietTime = 2;
 
-// The nodes of a block that the tile of the particle block at its neighbour n reaches: nodes -1 .. 6 of that one.
+// The nodes of a block that the tile of the particle block at its neighbour n reaches: nodes -1 .. 6 of that
+// one.
 constexpr std::uint64_t reached_from(int n) {
   const int from[3] = {n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1};
   std::uint64_t nodes = 0;

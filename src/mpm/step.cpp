@@ -124,7 +124,8 @@ void Simulation::State::update_grid(const kernels::StepParams& params) {
       kernels.mpm.reduce_tiles(tiles, grid.nodes(g));
       const auto& contacts = contacts_at(g, room);
       kernels.mpm.grid_update(params, contacts.data(), static_cast<int>(contacts.size()),
-                              active.awake_nodes(g), grid.nodes(g), chunk_impulses.data() + chunk * colliders * 3);
+                              active.awake_nodes(g), grid.nodes(g),
+                              chunk_impulses.data() + chunk * colliders * 3);
     }
   });
   for (std::size_t chunk = 0; chunk < chunks; ++chunk) {

@@ -55,20 +55,19 @@ SimulationSetup dropped_block(const Vec3& gravity, double friction) {
   SimulationSetup setup;
   setup.dx = kDx;
   setup.gravity = gravity;
-  setup.snow.push_back(
-      fill(Vec3(-6, 2, -6) * kDx, Vec3(6, 8, 6) * kDx, kDx, 2, Material{}));
+  setup.snow.push_back(fill(Vec3(-6, 2, -6) * kDx, Vec3(6, 8, 6) * kDx, kDx, 2, Material{}));
   setup.colliders.push_back(ground(friction));
   return setup;
 }
 
-// A long bed at rest and asleep after 0.7 s. From 0.8 s on a plate passes over one end of it, wakes it and does
-// not touch it.
+// A long bed at rest and asleep after 0.7 s. From 0.8 s on a plate passes over one end of it, wakes it and
+// does not touch it.
 SimulationSetup half_woken() {
   SimulationSetup setup = dropped_block(Vec3(0, -kG, 0), 0.5);
   setup.snow[0] = fill(Vec3(-22, 2, -4) * kDx, Vec3(22, 6, 4) * kDx, kDx, 2, Material{});
-  setup.colliders.push_back(box("plate", Vec3(-20, 11, 0) * kDx, Vec3(4, 4, 4) * kDx,
-                                {{0.8, Vec3::Zero(), Mat3::Identity()},
-                                 {1.3, Vec3(0, 0, 2 * kDx), Mat3::Identity()}}));
+  setup.colliders.push_back(
+      box("plate", Vec3(-20, 11, 0) * kDx, Vec3(4, 4, 4) * kDx,
+          {{0.8, Vec3::Zero(), Mat3::Identity()}, {1.3, Vec3(0, 0, 2 * kDx), Mat3::Identity()}}));
   return setup;
 }
 
@@ -142,8 +141,7 @@ TEST_CASE("a block that rests on a slope presses with m g cos and is held by m g
 
 TEST_CASE("a block that slides is held back by mu times what it presses with", "[physics]") {
   const double angle = 30 * M_PI / 180, mu = 0.25;
-  Simulation simulation(best_kernels(),
-                        dropped_block(kG * Vec3(std::sin(angle), -std::cos(angle), 0), mu));
+  Simulation simulation(best_kernels(), dropped_block(kG * Vec3(std::sin(angle), -std::cos(angle), 0), mu));
   simulation.advance_to(0.5, kNeverStop);
   simulation.advance_to(0.8, kNeverStop);
   const Metrics m = simulation.metrics();
@@ -194,9 +192,9 @@ TEST_CASE("the two sides of a groove bear a ball together, each half", "[physics
 
 TEST_CASE("a plate that presses on a bed adds its force to what the ground bears", "[physics]") {
   SimulationSetup setup = dropped_block(Vec3(0, -kG, 0), 0.5);
-  setup.colliders.push_back(box("plate", Vec3(0, 12, 0) * kDx, Vec3(8, 4, 8) * kDx,
-                                {{0.6, Vec3::Zero(), Mat3::Identity()},
-                                 {1.0, Vec3(0, -4.5 * kDx, 0), Mat3::Identity()}}));
+  setup.colliders.push_back(
+      box("plate", Vec3(0, 12, 0) * kDx, Vec3(8, 4, 8) * kDx,
+          {{0.6, Vec3::Zero(), Mat3::Identity()}, {1.0, Vec3(0, -4.5 * kDx, 0), Mat3::Identity()}}));
   Simulation simulation(best_kernels(), setup);
   simulation.advance_to(0.6, kNeverStop);
   double sum = 0, last = 0;
@@ -299,4 +297,22 @@ TEST_CASE("snow saved asleep, and partly asleep, weighs the same bits when loade
       CHECK(a.plastic_work == b.plastic_work);
     }
   }
+}
+
+TEST_CASE("a saved run is refused when a collider now moves otherwise", "[physics]") {
+  std::stringstream saved;
+  Simulation(best_kernels(), half_woken()).save(saved);
+  const auto refused = [&](const Motion& motion) {
+    SimulationSetup setup = half_woken();
+    setup.colliders[1].motion = motion;
+    std::stringstream in(saved.str());
+    CHECK_THROWS_WITH(Simulation(best_kernels(), setup).load(in), contains("their motion"));
+  };
+  const Vec3 pivot(-0.4, 0.22, 0);
+  refused(Motion());
+  refused(Motion({{0.8, Vec3::Zero(), Mat3::Identity()}}, pivot));
+  refused(Motion({{0.8, Vec3::Zero(), Mat3::Identity()}, {1.3, Vec3(0, 0, 0.041), Mat3::Identity()}}, pivot));
+  refused(Motion({{0.8, Vec3::Zero(), Mat3::Identity()}, {1.4, Vec3(0, 0, 0.04), Mat3::Identity()}}, pivot));
+  std::stringstream in(saved.str());
+  CHECK_NOTHROW(Simulation(best_kernels(), half_woken()).load(in));
 }
