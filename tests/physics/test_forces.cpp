@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tests/catch.h"
+#include "tests/physics/curve.h"
 #include "tests/physics/snow.h"
 
 using namespace firn;
@@ -88,12 +89,19 @@ SimulationSetup violent() {
 
 }  // namespace
 
-TEST_CASE("the ground bears the weight of a block at rest, awake and asleep", "[physics]") {
+TEST_CASE("the ground bears the weight of a block at rest, awake and asleep", "[physics][figure]") {
+  Curve curve("weight", "series,time_s,force_of_weight,asleep");
   for (const bool sleep : {false, true}) {
     SimulationSetup setup = dropped_block(Vec3(0, -kG, 0), 0.5);
     setup.sleep = sleep;
     Simulation simulation(best_kernels(), setup);
-    simulation.advance_to(0.8, kNeverStop);
+    for (int frame = 1; frame <= 40; ++frame) {
+      simulation.advance_to(0.02 * frame, kNeverStop);
+      const Metrics now = simulation.metrics();
+      curve.add(sleep ? "may sleep" : "awake",
+                {now.time, force_of(now, "ground").y() / (now.mass * kG),
+                 static_cast<double>(now.particles_asleep) / static_cast<double>(now.particles)});
+    }
     simulation.advance_to(1.0, kNeverStop);
     const Metrics m = simulation.metrics();
     CHECK(m.particles_asleep == (sleep ? m.particles : 0));
