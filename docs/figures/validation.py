@@ -28,15 +28,15 @@ def read(path):
 def against_law(plot, table, x, y, expected, draw=Plot.points):
     for ink, (name, of) in enumerate(table.items()):
         plot.law(of[x], of[expected], None if ink else "expected")
-        draw(plot, of[x], of[y], ink, name)
+        draw(plot, of[x], of[y], ink, name.replace("mu", "\N{GREEK SMALL LETTER MU}"))
     return plot
 
 
 def bar(table):
     of = table["bar"]
-    plot = Plot("Bar between rollers, let go in its lowest mode", "time (s)", "mean velocity (m/s)")
-    plot.law(of["time_s"], of["expected_m_s"], "cos(2\N{GREEK SMALL LETTER PI} t c_p / 4L)")
-    plot.points(of["time_s"][::8], of["velocity_m_s"][::8], 0, "measured")
+    plot = Plot("Bar of 1 m between rollers, let go in its lowest mode", "time (s)", "mean velocity (mm/s)")
+    plot.law(of["time_s"], [1e3 * v for v in of["expected_m_s"]], "cos(2\N{GREEK SMALL LETTER PI} t c_p / 4L)")
+    plot.points(of["time_s"][::8], [1e3 * v for v in of["velocity_m_s"][::8]], 0, "measured")
     return plot
 
 
@@ -47,7 +47,7 @@ def free_fall(table):
 def self_weight(table):
     plot = Plot("Column of 1 m under its own weight", "height as placed (m)", "displacement (mm)")
     for ink, (name, of) in enumerate(table.items()):
-        plot.law(of["height_m"], [1e3 * u for u in of["expected_m"]], None if ink else "expected")
+        plot.law(of["height_m"], [1e3 * u for u in of["expected_m"]], None if ink else "expected", ink)
         plot.points(of["height_m"][ink::3], [1e3 * u for u in of["displacement_m"][ink::3]], ink, name)
     return plot
 
@@ -68,23 +68,24 @@ def yield_depth(table):
 
 
 def cone(table):
-    plot = Plot("Cones of grains, before and after", "distance from the axis (m)", "height (m)", x_range=(0, 0.3))
+    plot = Plot("Cones of grains of 25\N{DEGREE SIGN} and 32\N{DEGREE SIGN}, as placed and at rest", "distance from the axis (m)",
+                "height (m)", (0, 0.2), (0, 0.13))
     for ink, (name, of) in enumerate(table.items()):
-        plot.law(of["radius_m"], of["start_m"], None if ink else "as placed")
+        plot.law(of["radius_m"], of["start_m"], None if ink else "as placed", ink)
         angle, start = name.split(" from ")
         plot.line(of["radius_m"], of["height_m"], ink,
-                  f"{angle}\N{DEGREE SIGN} grains, {start}\N{DEGREE SIGN} \N{RIGHTWARDS ARROW} {of['found_degrees'][0]:.1f}\N{DEGREE SIGN}")
+                  f"{angle}\N{DEGREE SIGN}: {start} \N{RIGHTWARDS ARROW} {of['found_degrees'][0]:.1f}\N{DEGREE SIGN}")
     return plot
 
 
 def columns(tables):
-    plot = Plot("Columns of grains: how far they run out", "aspect ratio a = height / length", "run-out / length", (0, 5.4), (0, 8))
+    plot = Plot("Columns of grains: how far they run out", "aspect ratio a = height / length", "run-out / length or radius", (0, 5.4), (0, 8))
     aspects = [0.05 * k for k in range(1, 108)]
 
     def add(label, law, table, ink):
         expected = [law(a) for a in aspects]
-        plot.band(aspects, [0.8 * e for e in expected], [1.2 * e for e in expected], None if ink else "\N{PLUS-MINUS SIGN} 20 %")
-        plot.law(aspects, expected, None if ink else "laboratory")
+        plot.band(aspects, [0.8 * e for e in expected], [1.2 * e for e in expected], "\N{PLUS-MINUS SIGN} 20 %", ink)
+        plot.law(aspects, expected, "laboratory", ink)
         for of in table.values():
             plot.points(of["aspect"], of["run_out"], ink, label)
 
@@ -106,11 +107,11 @@ def collision(table):
 
 
 def momentum(table):
-    plot = Plot("Two balls collide: momentum gained, over mass \N{MULTIPLICATION SIGN} 5 m/s", "time (ms)", "change (10\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT SIX})",
-                y_range=(0, 10.5))
+    minus_eight = "10\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT EIGHT}"
+    plot = Plot("Two balls collide: change of momentum over mass \N{MULTIPLICATION SIGN} 5 m/s, allowed 1000", "time (ms)",
+                f"change ({minus_eight})")
     for ink, (name, of) in enumerate(table.items()):
-        plot.line([1e3 * t for t in of["time_s"]], [1e6 * p for p in of["momentum"]], ink, name)
-    plot.law([0, 40], [10, 10], "bound of the test")
+        plot.line([1e3 * t for t in of["time_s"]], [1e8 * p for p in of["momentum"]], ink, name)
     return plot
 
 
@@ -125,21 +126,20 @@ def packing(table):
 
 
 def presets(table):
-    plot = Plot("Balls thrown at the ground with 6 m/s: total energy", "time (s)", "energy / start", y_range=(0, 1.05))
-    plot.law([0, 0.08], [1.005, 1.005], "bound of the test")
+    plot = Plot("Balls thrown at the ground with 6 m/s: total energy", "time (ms)", "energy / start", (0, 80), (0, 1.05))
+    plot.law([0, 80], [1.005, 1.005], "bound of the test")
     for ink, (name, of) in enumerate(table.items()):
-        plot.line(of["time_s"], of["energy"], ink, name)
+        plot.line([1e3 * t for t in of["time_s"]], of["energy"], ink, name)
     return plot
 
 
 def weight(table):
     plot = Plot("A block dropped by a cell and a half: what the ground bears", "time (s)", "force / weight")
-    plot.law([0, 0.8], [1, 1], "weight")
-    for ink, (name, of) in enumerate(table.items()):
-        asleep = [k for k, part in enumerate(of["asleep"]) if part == 1]
-        plot.line(of["time_s"], of["force_of_weight"], ink, name)
-        if asleep:
-            plot.points([of["time_s"][k] for k in asleep], [of["force_of_weight"][k] for k in asleep], ink, "asleep")
+    of = table["may sleep"]
+    plot.law([0, of["time_s"][-1]], [1, 1], "its weight")
+    plot.line(of["time_s"], of["force_of_weight"], 0, "mean of 20 ms")
+    asleep = [k for k, part in enumerate(of["asleep"]) if part == 1]
+    plot.points([of["time_s"][k] for k in asleep], [of["force_of_weight"][k] for k in asleep], 1, "asleep")
     return plot
 
 

@@ -275,6 +275,7 @@ TEST_CASE(
       curve.add(plastic ? "snow" : "elastic",
                 {m.time, m.kinetic_energy, m.elastic_energy, m.plastic_work, numerical * start,
                  (m.momentum - before.momentum).norm() / (before.mass * 5)});
+      CHECK((m.momentum - before.momentum).norm() < 1e-5 * before.mass * 5);
       least = std::min(least, numerical);
       most = std::max(most, numerical);
     }

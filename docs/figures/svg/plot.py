@@ -60,14 +60,14 @@ class Plot:
         """What was measured, sample by sample."""
         self._add("points", xs, ys, ink, label)
 
-    def law(self, xs, ys, label=None):
-        """What is expected."""
-        self._add("law", xs, ys, 0, label)
+    def law(self, xs, ys, label=None, ink=None):
+        """What is expected; in the colour of what it is for, where there are several."""
+        self._add("law", xs, ys, ink, label)
 
-    def band(self, xs, low, high, label=None):
+    def band(self, xs, low, high, label=None, ink=None):
         """What is allowed."""
         xs = list(xs)
-        self._add("band", xs + xs[::-1], list(low) + list(high)[::-1], 0, label)
+        self._add("band", xs + xs[::-1], list(low) + list(high)[::-1], ink, label)
 
     def box(self, left, right, low, high, ink=0, label=None):
         self._add("box", (left, right), (low, high), ink, label)
@@ -125,7 +125,7 @@ class Plot:
 
 
 def mark_of(kind, xs, ys, ink):
-    colour = INK[ink % len(INK)]
+    colour = INK[(ink or 0) % len(INK)]
     way = "M" + "L".join(f"{x} {y}" for x, y in zip(xs, ys))
     if kind == "line":
         return f'<path d="{way}" fill="none" stroke="{colour}" stroke-width="1.8" stroke-linejoin="round"/>'
@@ -134,4 +134,5 @@ def mark_of(kind, xs, ys, ink):
     if kind == "box":
         (left, right), (low, high) = sorted(xs), sorted(ys)
         return f'<rect x="{left}" y="{low}" width="{right - left:.1f}" height="{high - low:.1f}" fill="{colour}"/>'
-    return f'<path class="{kind}" d="{way}{"Z" if kind == "band" else ""}"/>'
+    style = "" if ink is None else f' style="{"fill" if kind == "band" else "stroke"}:{colour}"'
+    return f'<path class="{kind}"{style} d="{way}{"Z" if kind == "band" else ""}"/>'
