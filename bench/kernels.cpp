@@ -61,10 +61,12 @@ void timed_step(State& s, TransferTimes& times) {
       s.kernels.mpm.reduce_tiles(tiles, s.grid.nodes(g));
     }
   }));
+  std::vector<double> impulses(3 * s.setup.colliders.size());
   times.grid.add(seconds_of([&] {
     for (std::size_t g = 0; g < s.grid.size(); ++g) {
       const auto& contacts = s.grid.contacts(g);
-      s.kernels.mpm.grid_update(params, contacts.data(), static_cast<int>(contacts.size()), s.grid.nodes(g));
+      s.kernels.mpm.grid_update(params, contacts.data(), static_cast<int>(contacts.size()), ~std::uint64_t{0},
+                                s.grid.nodes(g), impulses.data());
     }
   }));
   times.g2p.add(seconds_of([&] { s.grid_to_particles(params); }));

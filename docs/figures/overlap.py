@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The overlap figure: who ran when, with circulating slots and with one slot, from the trace.json of two runs.
-Makes docs/figures/overlap.png and prints the wall times. Runs the demo scene twice (once with --no-overlap).
+Makes docs/figures/overlap.svg and prints the wall times. Runs the demo scene twice (once with --no-overlap).
 
 usage: overlap.py [RUN_WITH_OVERLAP RUN_WITHOUT]"""
 import json
@@ -9,14 +9,12 @@ import sys
 import tempfile
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
+sys.path.insert(0, str(Path(__file__).parent / "svg"))
+from plot import Plot  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[2]
 STAGES = ["simulate", "trace", "write"]
-COLOURS = {"simulate": "#3b6fb6", "trace": "#e08e2b", "write": "#4f9d69"}
+ROWS = {8: "3 slots", 3: "1 slot"}  # at which height
 
 
 def make_run(folder, *words):
@@ -30,25 +28,19 @@ def intervals(run):
     return [event for event in events if event["ph"] == "X"]
 
 
-def draw(axes, events, title):
-    for event in events:
-        left, width = event["ts"] / 1e6, event["dur"] / 1e6
-        axes.barh(2 - STAGES.index(event["cat"]), width, left=left, height=0.8, color=COLOURS[event["cat"]], edgecolor="white",
-                  linewidth=0.4)
-    axes.set_yticks([2, 1, 0], STAGES)
-    axes.set_title(title, loc="left", fontsize=9)
-
-
 def main(with_overlap, without):
-    figure, rows = plt.subplots(2, 1, figsize=(9, 3.6), sharex=True)
-    for axes, run, title in zip(rows, (with_overlap, without), ("three slots", "one slot (--no-overlap)")):
+    plot = Plot("Who works when: stages of the frames of one run", "s since the start of the run", "", y_range=(0, 11))
+    for (middle, name), run in zip(ROWS.items(), (with_overlap, without)):
         events = intervals(run)
-        wall = max(event["ts"] + event["dur"] for event in events) / 1e6
-        draw(axes, events, f"{title}: {wall:.1f} s")
-        print(f"{title}: {wall:.2f} s")
-    rows[1].set_xlabel("s since the start of the run")
-    figure.tight_layout()
-    figure.savefig(ROOT / "docs/figures/overlap.png", dpi=160)
+        for stage in STAGES:
+            ink, height = STAGES.index(stage), middle + 1 - STAGES.index(stage)
+            label = stage if middle == 8 else None
+            for event in (event for event in events if event["cat"] == stage):
+                left = event["ts"] / 1e6
+                plot.box(left, left + event["dur"] / 1e6, height - 0.4, height + 0.4, ink, label)
+                label = None
+        print(f"{name}: {max(event['ts'] + event['dur'] for event in events) / 1e6:.2f} s")
+    plot.save(ROOT / "docs/figures/overlap.svg", ROWS)
 
 
 if __name__ == "__main__":

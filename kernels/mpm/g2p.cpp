@@ -67,11 +67,11 @@ void g2p(const StepParams& step, const MaterialParams* materials, const Particle
     for (int slot = 0; slot < count; slot += kLanes) {
       with_batch(range, first + slot, [&](Batch b) FIRN_INLINE_LAMBDA {
         update_particles(step, materials, p, b, slot, gathered, yielding, summary);
-        if (yielding.fills_register()) yielding.project_last(materials, p, summary);
+        if (yielding.fills_register()) yielding.project_last(step, materials, p, summary);
       });
     }
   }
-  yielding.project_rest(materials, p, summary);
+  yielding.project_rest(step, materials, p, summary);
   summary.write(*out);
 }
 

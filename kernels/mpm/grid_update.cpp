@@ -10,8 +10,9 @@ namespace firn::kernels::FIRN_ISA {
 namespace {
 
 // The 64 nodes, one array a component: contacts work with one node a lane.
-struct NodeVelocities {
-  alignas(64) float x[kBlockNodes], y[kBlockNodes], z[kBlockNodes];
+struct NodeColumns {
+  alignas(64) float x[kBlockNodes], y[kBlockNodes], z[kBlockNodes];  // velocity, m/s
+  alignas(64) float mass[kBlockNodes];                               // kg
 };
 
 // v: relative to the collider.
@@ -37,7 +38,32 @@ FIRN_INLINE Vec3 collider_velocity(const ContactNodes& c, int i) {
   return velocity + cross(turn, offset);
 }
 
-FIRN_INLINE void apply_contact(const ContactNodes& c, NodeVelocities& v) {
+// A sum over the nodes that does not depend on the number of lanes: node n goes into part n mod 8, in order.
+class NodeSum {
+ public:
+  FIRN_INLINE void add(int first, Floats a) {  // nodes first, first + 1, ...; the ones left out are zero
+    alignas(64) float lanes[kLanes];
+    store(lanes, a);
+    constexpr int kWidth = kLanes < kParts ? kLanes : kParts;
+    for (int from = 0; from < kLanes; from += kWidth) {
+      float* parts = parts_ + first % kParts;
+      for (int l = 0; l < kWidth; ++l) parts[l] += lanes[from + l];
+    }
+  }
+  FIRN_INLINE double total() const {
+    double two[4];
+    for (int k = 0; k < 4; ++k) two[k] = static_cast<double>(parts_[k]) + static_cast<double>(parts_[k + 4]);
+    return (two[0] + two[1]) + (two[2] + two[3]);
+  }
+
+ private:
+  static constexpr int kParts = 8;
+  alignas(64) float parts_[kParts] = {};
+};
+
+FIRN_INLINE void apply_contact(const ContactNodes& c, std::uint64_t counted, NodeColumns& v,
+                               double* impulse) {
+  NodeSum sum[3];
   for (int i = 0; i < kBlockNodes; i += kLanes) {
     const Mask touching = less(load(c.distance + i), splat(kTouchingCells));
     if (!any(touching)) continue;
@@ -54,7 +80,13 @@ FIRN_INLINE void apply_contact(const ContactNodes& c, NodeVelocities& v) {
     store(v.x + i, after.x);
     store(v.y + i, after.y);
     store(v.z + i, after.z);
+    const Mask counts = mask_of_bits(static_cast<int>(counted >> i & kAllLanes));
+    const Vec3 given = (after - before) * select(counts, load(v.mass + i), splat(0.f));
+    sum[0].add(i, given.x);
+    sum[1].add(i, given.y);
+    sum[2].add(i, given.z);
   }
+  for (int axis = 0; axis < 3; ++axis) impulse[axis] += sum[axis].total();
 }
 
 // The mass of each node in all of its four lanes.
@@ -82,16 +114,20 @@ FIRN_INLINE void to_velocity(const StepParams& step, float* nodes) {
 
 }  // namespace
 
-void grid_update(const StepParams& step, const ContactNodes* contacts, int contact_count, float* nodes) {
+void grid_update(const StepParams& step, const ContactNodes* contacts, int contact_count,
+                 std::uint64_t counted, float* nodes, double* impulses) {
   to_velocity(step, nodes);
   if (contact_count == 0) return;
-  NodeVelocities v;
+  NodeColumns v;
   for (int i = 0; i < kBlockNodes; ++i) {
     v.x[i] = nodes[4 * i];
     v.y[i] = nodes[4 * i + 1];
     v.z[i] = nodes[4 * i + 2];
+    v.mass[i] = nodes[4 * i + 3];
   }
-  for (int k = 0; k < contact_count; ++k) apply_contact(contacts[k], v);
+  for (int k = 0; k < contact_count; ++k) {
+    apply_contact(contacts[k], counted, v, impulses + 3 * contacts[k].collider);
+  }
   for (int i = 0; i < kBlockNodes; ++i) {
     nodes[4 * i] = v.x[i];
     nodes[4 * i + 1] = v.y[i];

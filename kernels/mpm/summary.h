@@ -31,10 +31,17 @@ class Summary {
     clamped_ += __builtin_popcount(static_cast<unsigned>(lane_bits(changed) & ((1 << count) - 1)));
   }
 
+  // J. Each particle's is rounded by itself.
+  FIRN_INLINE void add_plastic_work(double work, double quanta) {
+    const double most = 0x1p52, counted = work * quanta;
+    const double bounded = counted < most ? (counted > -most ? counted : -most) : most;  // a NaN too
+    plastic_work_ += _mm_cvtsd_si64(_mm_set_sd(bounded));
+  }
+
   FIRN_INLINE void write(BlockSummary& out) const {
-    out = {largest_lane(speed2_), largest_lane(wave2_),
-           largest_lane(rate2_),  strayed(),
-           !all(finite_),         clamped_};
+    out = {
+        largest_lane(speed2_), largest_lane(wave2_), largest_lane(rate2_), strayed(), !all(finite_), clamped_,
+        plastic_work_};
   }
 
  private:
@@ -46,6 +53,7 @@ class Summary {
   Ints lowest_ = splat_int(0), highest_ = splat_int(0);  // of positions from the block's corner
   Mask finite_ = less(splat(0.f), splat(1.f));
   std::int32_t clamped_ = 0;
+  std::int64_t plastic_work_ = 0;
 };
 
 }  // namespace firn::kernels::FIRN_ISA

@@ -16,8 +16,11 @@ struct MpmKernels {
   // order of the neighbours; tiles[n] is the tile of the particle block at neighbour n, or null.
   void (*reduce_tiles)(const float* const tiles[kNeighbours], float* nodes);
 
-  // Momentum -> velocity, gravity, then the contacts in order. The fourth float stays the mass.
-  void (*grid_update)(const StepParams&, const ContactNodes* contacts, int contact_count, float* nodes);
+  // Momentum -> velocity, gravity, then the contacts in order. The fourth float stays the mass. What a
+  // contact gives to the nodes whose bit is set in `counted` (bit n: node n) is added to impulses[3 *
+  // collider ..] (kg m/s).
+  void (*grid_update)(const StepParams&, const ContactNodes* contacts, int contact_count,
+                      std::uint64_t counted, float* nodes, double* impulses);
 
   // The velocities around one block -> its tile; blocks[n] is the grid block at neighbour n, never null.
   void (*assemble_tile)(const float* const blocks[kNeighbours], float* tile);

@@ -66,6 +66,7 @@ struct StepParams {
   float inv_dx;         // 1/m
   float gravity_dt[3];  // m/s
   float mass_floor;     // kg; nodes below it carry rounding noise only and stand still
+  double work_quanta;   // 1/J: plastic work is counted in whole ones, so that its sum has no order
 };
 
 // A node this near to a collider's surface (cells) lies on it, up to rounding, and touches.
@@ -76,6 +77,7 @@ enum ContactKind : std::int32_t { kSticky, kSlip, kSeparating };
 // What one collider is at the 64 nodes of one block. It is rigid, so its velocity is that at the block's
 // first node plus turn x (offset from that node).
 struct ContactNodes {
+  std::int32_t collider;         // whose it is: its place among the impulses
   float distance[kBlockNodes];   // cells, negative inside
   float normal[3][kBlockNodes];  // outward
   ContactKind kind;
@@ -89,12 +91,13 @@ struct ContactNodes {
 // What G2P saw in one block: maxima (their order does not matter) that choose dt, and what must not be
 // overlooked.
 struct BlockSummary {
-  float speed2;             // m^2/s^2, largest |v|^2
-  float wave2;              // m^2/s^2, largest squared speed of elastic waves
-  float rate2;              // 1/s^2, largest |C|_F^2
-  std::int32_t strayed;     // some particle left the block's margin: sort before the next P2G
-  std::int32_t not_finite;  // some particle has a NaN or an infinity
-  std::int32_t clamped;     // particles whose F was clamped
+  float speed2;               // m^2/s^2, largest |v|^2
+  float wave2;                // m^2/s^2, largest squared speed of elastic waves
+  float rate2;                // 1/s^2, largest |C|_F^2
+  std::int32_t strayed;       // some particle left the block's margin: sort before the next P2G
+  std::int32_t not_finite;    // some particle has a NaN or an infinity
+  std::int32_t clamped;       // particles whose F was clamped
+  std::int64_t plastic_work;  // StepParams::work_quanta: what that took from their elastic energy
 };
 
 }  // namespace firn::kernels

@@ -7,6 +7,23 @@
 
 namespace firn::kernels::FIRN_ISA {
 
+// J per m^3 of placed volume that yielding from F = `trial` to `d` takes away: the stress, which stands on
+// the yield surface, times the plastic strain, tau : (trial - F) F^-1; less what hardening adds to the
+// elastic energy. The difference of the elastic energies would count the trial's overshoot beyond the surface
+// too, which is an error of the time step and not the snow's.
+template <class Model>
+FIRN_INLINE Floats plastic_work(Model, const MaterialParams& params, const Mat3& trial, Floats trial_jp,
+                                const Deformation& d, Floats jp) {
+  const Sym3 tau = Model::stress(params, 1.f, d, trial_jp);
+  Floats work = splat(0.f);
+#pragma GCC unroll 3
+  for (int k = 0; k < 3; ++k) {  // J times row k of F^-1 is the cross product of the other two columns
+    const Vec3 across = cross(column(d.f, (k + 1) % 3), column(d.f, (k + 2) % 3));
+    work = work + dot(column(trial, k) - column(d.f, k), times(tau, across));
+  }
+  return work / d.j + (Model::energy(params, d, trial_jp) - Model::energy(params, d, jp));
+}
+
 class YieldingList {
  public:
   explicit YieldingList(std::size_t range_begin) : begin_(range_begin) {}
@@ -26,27 +43,35 @@ class YieldingList {
   }
 
   // Projects the last particles of the list, at most kLanes, and takes them off it.
-  FIRN_INLINE void project_last(const MaterialParams* materials, const ParticleView& p, Summary& summary) {
+  FIRN_INLINE void project_last(const StepParams& step, const MaterialParams* materials,
+                                const ParticleView& p, Summary& summary) {
     const int many = count_ < kLanes ? count_ : kLanes;
     count_ -= many;
     if (many < kLanes) pad(many);
     Mat3 f;
 #pragma GCC unroll 9
     for (int k = 0; k < 9; ++k) f.m[k] = load(column_[k] + count_);
-    Floats jp = load(column_[9] + count_), wave2 = splat(0.f);
+    Floats jp = load(column_[9] + count_), wave2 = splat(0.f), work = splat(0.f);  // work: J/kg
     for_each_object(materials, object_ + count_, load(object_ + count_),
                     [&](auto model, const MaterialParams& params, Mask mask) FIRN_INLINE_LAMBDA {
+                      const Mat3 trial = f;
+                      const Floats trial_jp = jp;
                       summary.add_clamped(model.project(params, f, jp, mask), many);
-                      wave2 = select(mask, model.wave_speed2(params, deformation_of(f), jp), wave2);
+                      const Deformation d = deformation_of(f);
+                      wave2 = select(mask, model.wave_speed2(params, d, jp), wave2);
+                      const Floats done = plastic_work(model, params, trial, trial_jp, d, jp);
+                      work = select(mask, done * splat(params.inverse_density), work);
                     });
     summary.add_wave_speed(wave2);
 #pragma GCC unroll 9
     for (int k = 0; k < 9; ++k) write_back(f.m[k], many, p.F[k]);
     write_back(jp, many, p.Jp);
+    add_work(step, p, work, many, summary);
   }
 
-  FIRN_INLINE void project_rest(const MaterialParams* materials, const ParticleView& p, Summary& summary) {
-    if (count_ > 0) project_last(materials, p, summary);
+  FIRN_INLINE void project_rest(const StepParams& step, const MaterialParams* materials,
+                                const ParticleView& p, Summary& summary) {
+    if (count_ > 0) project_last(step, materials, p, summary);
   }
 
  private:
@@ -63,6 +88,16 @@ class YieldingList {
     store(lanes, a);
     for (int l = 0; l < many; ++l)
       column[begin_ + static_cast<std::size_t>(particle_[count_ + l])] = lanes[l];
+  }
+
+  FIRN_INLINE void add_work(const StepParams& step, const ParticleView& p, Floats work, int many,
+                            Summary& summary) const {
+    alignas(64) float lanes[kLanes];
+    store(lanes, work);
+    for (int l = 0; l < many; ++l) {
+      const double mass = p.m[begin_ + static_cast<std::size_t>(particle_[count_ + l])];
+      summary.add_plastic_work(mass * static_cast<double>(lanes[l]), step.work_quanta);
+    }
   }
 
   static constexpr int kCapacity = 3 * kLanes;  // the last kLanes are room for what store_packed overwrites

@@ -35,7 +35,8 @@ bool project(const MaterialParams& material, double f[9], double& jp);
 void p2g(const StepParams& step, const MaterialParams* materials, const Particle* particles, int count,
          double* tile);
 // nodes: 64 of momentum and mass -> velocity and mass.
-void grid_update(const StepParams& step, const ContactNodes* contacts, int contact_count, double* nodes);
+void grid_update(const StepParams& step, const ContactNodes* contacts, int contact_count,
+                 std::uint64_t counted, double* nodes, double* impulses);
 void g2p(const StepParams& step, const MaterialParams* materials, Particle* particles, int count,
          const double* tile);
 

@@ -100,14 +100,21 @@ void p2g(const StepParams& step, const MaterialParams* materials, const Particle
   }
 }
 
-void grid_update(const StepParams& step, const ContactNodes* contacts, int contact_count, double* nodes) {
+void grid_update(const StepParams& step, const ContactNodes* contacts, int contact_count,
+                 std::uint64_t counted, double* nodes, double* impulses) {
   for (int n = 0; n < kBlockNodes; ++n) {
     double* node = nodes + 4 * n;
     for (int axis = 0; axis < 3; ++axis) {
       node[axis] = node[3] > step.mass_floor ? node[axis] / node[3] + step.gravity_dt[axis] : 0;
     }
     for (int c = 0; c < contact_count; ++c) {
-      if (contacts[c].distance[n] < kTouchingCells) touch(contacts[c], n, node);
+      if (contacts[c].distance[n] >= kTouchingCells) continue;
+      const double before[3] = {node[0], node[1], node[2]};
+      touch(contacts[c], n, node);
+      if (!(counted >> n & 1)) continue;
+      for (int axis = 0; axis < 3; ++axis) {
+        impulses[3 * contacts[c].collider + axis] += node[3] * (node[axis] - before[axis]);
+      }
     }
   }
 }

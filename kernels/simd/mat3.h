@@ -76,6 +76,11 @@ FIRN_INLINE Mat3 add_product(const Mat3& a, const Sym3& s, const Mat3& b) {
   return out;
 }
 
+// S v
+FIRN_INLINE Vec3 times(const Sym3& s, const Vec3& v) {
+  return {dot({s.xx, s.xy, s.xz}, v), dot({s.xy, s.yy, s.yz}, v), dot({s.xz, s.yz, s.zz}, v)};
+}
+
 // A A^T
 FIRN_INLINE Sym3 times_transpose(const Mat3& a) {
   const Vec3 x = row(a, 0), y = row(a, 1), z = row(a, 2);

@@ -3,6 +3,7 @@
 // Mixing by the finaliser of SplitMix64 (Steele, Lea, Flood 2014, "Fast splittable pseudorandom number
 // generators").
 #pragma once
+#include <bit>
 #include <cstdint>
 
 namespace firn {
@@ -21,6 +22,9 @@ constexpr std::uint64_t hash_keys(std::uint64_t first, Keys... rest) {
   ((h = mix64(h ^ static_cast<std::uint64_t>(rest))), ...);
   return h;
 }
+
+// The bits of a number as a key of a hash.
+constexpr std::uint64_t key_of(double value) { return std::bit_cast<std::uint64_t>(value); }
 
 // Uniform in [0, 1), 24 bits for float and 53 for double.
 constexpr float uniform_float(std::uint64_t bits) { return static_cast<float>(bits >> 40) * 0x1p-24f; }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "src/core/portable_math.h"
+#include "src/core/rng.h"
 
 namespace firn {
 namespace {
@@ -108,6 +109,18 @@ double Motion::lever(const Shape& placed) const {
   if (std::holds_alternative<HalfSpace>(placed.form)) return 1e300;
   const Bounds bounds = world_bounds(placed);
   return (bounds.max - pivot_).cwiseAbs().cwiseMax((bounds.min - pivot_).cwiseAbs()).norm();
+}
+
+std::uint64_t Motion::hash(std::uint64_t before) const {
+  std::uint64_t h = hash_keys(before, keys_.size());
+  const auto mix = [&h](double value) { h = hash_keys(h, key_of(value)); };
+  for (const double x : pivot_) mix(x);
+  for (const MotionKey& key : keys_) {
+    mix(key.time);
+    for (const double x : key.shift) mix(x);
+    for (const double x : key.rotation.reshaped()) mix(x);
+  }
+  return h;
 }
 
 }  // namespace firn

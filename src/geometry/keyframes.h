@@ -4,6 +4,7 @@
 // short way about one axis, both evenly; before the first and after the last key the body stands still. All
 // of it is a function of time alone, so nothing has to be kept in a checkpoint.
 #pragma once
+#include <cstdint>
 #include <vector>
 
 #include "src/geometry/shape.h"
@@ -48,6 +49,9 @@ class Motion {
   // m: how far the shape's points lie from the pivot at most; 1e300 where it has no end.
   double lever(const Shape& placed) const;
   Vec3 pivot(double time) const;  // m
+
+  // `before` and all that this motion is, mixed: another motion, another hash.
+  std::uint64_t hash(std::uint64_t before) const;
 
  private:
   struct Segment {

@@ -9,7 +9,7 @@ namespace firn {
 namespace {
 
 constexpr std::string_view kMagic = "FIRNCKPT";
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 
 void put_sized(std::string& file, std::string_view bytes) {
   put(file, static_cast<std::uint64_t>(bytes.size()));

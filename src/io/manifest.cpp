@@ -27,6 +27,7 @@ void metrics_fields(M& m, F&& field) {
   field("kinetic_energy_J", m.kinetic_energy);
   field("elastic_energy_J", m.elastic_energy);
   field("potential_energy_J", m.potential_energy);
+  field("plastic_work_J", m.plastic_work);
   field("volume_m3", m.volume);
   field("density_p05_kg_m3", m.density_p05);
   field("density_p50_kg_m3", m.density_p50);
@@ -37,6 +38,7 @@ void metrics_fields(M& m, F&& field) {
   field("bounds_max_m", m.bounds.max);
   field("dt_s", m.step.dt);
   field("dt_cause", m.step.cause);
+  field("contact_force_N", m.contacts);
 }
 
 template <class R, class F>
@@ -95,6 +97,14 @@ struct Store {
   void operator()(const char* name, const Metrics& m) const {
     metrics_fields(m, Store{json[name] = Json::object()});
   }
+  void operator()(const char* name, const std::vector<ContactForce>& contacts) const {
+    Json& list = json[name] = Json::array();
+    for (const ContactForce& contact : contacts) {
+      const Store to{list.emplace_back(Json::object())};
+      to("collider", contact.collider);
+      to("force", contact.force);
+    }
+  }
   void operator()(const char* name, const std::vector<FrameRecord>& frames) const {
     Json& list = json[name] = Json::array();
     for (const auto& frame : frames) frame_fields(frame, Store{list.emplace_back(Json::object())});
@@ -119,6 +129,14 @@ struct Load {
       v[axis] = json.at(name).at(static_cast<std::size_t>(axis)).get<double>();
   }
   void operator()(const char* name, Metrics& m) const { metrics_fields(m, Load{json.at(name)}); }
+  void operator()(const char* name, std::vector<ContactForce>& contacts) const {
+    for (const auto& item : json.at(name)) {
+      ContactForce& contact = contacts.emplace_back();
+      const Load from{item};
+      from("collider", contact.collider);
+      from("force", contact.force);
+    }
+  }
   void operator()(const char* name, std::vector<FrameRecord>& frames) const {
     for (const auto& item : json.at(name)) frame_fields(frames.emplace_back(), Load{item});
   }

@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 #include <sstream>
+#include <utility>
 
 #include "src/core/error.h"
 #include "src/io/file.h"
@@ -15,13 +16,32 @@ constexpr const char* kHeader =
     "frame,time_s,steps,particle_steps,particles,particles_left,particles_asleep,mass_kg,momentum_x_kg_m_s,"
     "momentum_y_kg_m_s,"
     "momentum_z_kg_m_s,angular_momentum_x_kg_m2_s,angular_momentum_y_kg_m2_s,angular_momentum_z_kg_m2_s,"
-    "kinetic_energy_J,elastic_energy_J,potential_energy_J,volume_m3,density_p05_kg_m3,density_p50_kg_m3,"
+    "kinetic_energy_J,elastic_energy_J,potential_energy_J,plastic_work_J,volume_m3,density_p05_kg_m3,density_"
+    "p50_kg_m3,"
     "density_p95_kg_m3,front_m,max_speed_m_s,min_x_m,min_y_m,min_z_m,"
     "max_x_m,"
-    "max_y_m,max_z_m,dt_s,dt_cause\n";
+    "max_y_m,max_z_m,dt_s,dt_cause";
+
+// In quotes where a comma or a quote would be read as the table's.
+std::string field(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + "\"";
+}
+
+std::string header_of(const Metrics& metrics) {
+  std::string header = kHeader;
+  for (const ContactForce& contact : metrics.contacts) {
+    for (const char* axis : {"x", "y", "z"}) {
+      header += "," + field(std::string("force_") + axis + "_N[" + contact.collider + "]");
+    }
+  }
+  return header + "\n";
+}
 
 std::string kept_rows(const std::filesystem::path& path, int first) {
-  std::string kept = kHeader, line;
+  std::string kept, line;
   if (!std::filesystem::exists(path)) return kept;
   std::istringstream in(read_file(path));
   std::getline(in, line);
@@ -33,24 +53,28 @@ void put_vector(std::ostream& out, const Vec3& v) { out << ',' << v.x() << ',' <
 
 }  // namespace
 
-MetricsCsv::MetricsCsv(const std::filesystem::path& path, int first) : path_(path) {
-  write_file(path, kept_rows(path, first));
-  out_.open(path, std::ios::app);
-}
+MetricsCsv::MetricsCsv(const std::filesystem::path& path, int first)
+    : path_(path), kept_(kept_rows(path, first)) {}
 
 void MetricsCsv::add(int frame, const Metrics& m) {
+  if (!out_.is_open()) {
+    write_file(path_, header_of(m) + std::exchange(kept_, {}));
+    out_.open(path_, std::ios::app);
+  }
   std::ostringstream row;
   row.precision(17);
   row << frame << ',' << m.time << ',' << m.steps << ',' << m.particle_steps << ',' << m.particles << ','
       << m.particles_left << ',' << m.particles_asleep << ',' << m.mass;
   put_vector(row, m.momentum);
   put_vector(row, m.angular_momentum);
-  row << ',' << m.kinetic_energy << ',' << m.elastic_energy << ',' << m.potential_energy << ',' << m.volume
-      << ',' << m.density_p05 << ',' << m.density_p50 << ',' << m.density_p95 << ',' << m.front << ','
-      << m.max_speed;
+  row << ',' << m.kinetic_energy << ',' << m.elastic_energy << ',' << m.potential_energy << ','
+      << m.plastic_work << ',' << m.volume << ',' << m.density_p05 << ',' << m.density_p50 << ','
+      << m.density_p95 << ',' << m.front << ',' << m.max_speed;
   put_vector(row, m.bounds.min);
   put_vector(row, m.bounds.max);
-  row << ',' << m.step.dt << ",\"" << m.step.cause << "\"\n";
+  row << ',' << m.step.dt << ',' << field(m.step.cause);
+  for (const ContactForce& contact : m.contacts) put_vector(row, contact.force);
+  row << '\n';
   out_ << row.str() << std::flush;
   if (!out_) throw Error(ExitCode::io, path_.string(), "cannot write: is the disk full?");
 }

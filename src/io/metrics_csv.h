@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 // metrics.csv: what the snow did, one row a frame, on the disk as soon as the frame is. The header names the
-// units.
+// units, and the colliders whose forces the last columns are: force_x_N[ground], ...
 #pragma once
 #include <filesystem>
 #include <fstream>
+#include <string>
 
 #include "src/mpm/simulation.h"
 
@@ -18,7 +19,8 @@ class MetricsCsv {
 
  private:
   std::filesystem::path path_;
-  std::ofstream out_;
+  std::string kept_;   // rows, until the first new one comes
+  std::ofstream out_;  // closed until then
 };
 
 }  // namespace firn

@@ -14,7 +14,7 @@ namespace firn {
 
 namespace {
 
-constexpr char kMagic[8] = {'f', 'i', 'r', 'n', 's', 'i', 'm', '2'};
+constexpr char kMagic[8] = {'f', 'i', 'r', 'n', 's', 'i', 'm', '3'};
 
 template <class T>
 void write(std::ostream& out, const T* values, std::size_t count) {
@@ -27,28 +27,24 @@ void read(std::istream& in, T* values, std::size_t count) {
   if (!in) throw Error(ExitCode::io, "", "the saved simulation ends too early");
 }
 
-std::uint64_t bits_of(double d) {
-  std::uint64_t bits;
-  std::memcpy(&bits, &d, sizeof bits);
-  return bits;
-}
-
 // What must be the same for a saved state to continue as it would have.
 std::uint64_t fingerprint(const Simulation::State& s) {
   const auto& setup = s.setup;
   std::uint64_t h =
-      hash_keys(kColumns, bits_of(setup.dx), bits_of(setup.fixed_dt.value_or(0)), bits_of(setup.max_dt));
-  for (int axis = 0; axis < 3; ++axis) h = hash_keys(h, bits_of(setup.gravity[axis]));
+      hash_keys(kColumns, key_of(setup.dx), key_of(setup.fixed_dt.value_or(0)), key_of(setup.max_dt));
+  for (int axis = 0; axis < 3; ++axis) h = hash_keys(h, key_of(setup.gravity[axis]));
   for (const kernels::MaterialParams& m : s.materials) {
     std::uint32_t words[sizeof m / 4];
     std::memcpy(words, &m, sizeof m);
     for (const std::uint32_t word : words) h = hash_keys(h, word);
   }
+  for (const Collider& collider : setup.colliders) h = collider.motion.hash(h);
   return hash_keys(h, setup.colliders.size(), setup.domain.has_value(), setup.sleep);
 }
 
 struct Counters {
-  double time, last_dt;
+  double time, last_dt, plastic_work, forces_since;
+  std::uint64_t forces_complete;
   std::uint64_t steps, particle_steps, left, blocks, particles;
   kernels::BlockSummary summary;
 };
@@ -84,6 +80,9 @@ void Simulation::save(std::ostream& out) const {
   Counters c{};
   c.time = s.time;
   c.last_dt = s.last_step.dt;
+  c.plastic_work = s.plastic_work;
+  c.forces_since = s.forces.since;
+  c.forces_complete = s.forces.complete;
   c.steps = s.steps;
   c.particle_steps = s.particle_steps;
   c.left = s.left;
@@ -96,6 +95,7 @@ void Simulation::save(std::ostream& out) const {
   write(out, &c, 1);
   write(out, &cause_length, 1);
   write(out, s.last_step.cause.data(), cause_length);
+  for (const Vec3& impulse : s.forces.impulse) write(out, impulse.data(), 3);
   write(out, s.blocks.coord.data(), s.blocks.size());
   write(out, s.blocks.begin.data(), s.blocks.begin.size());
   write(out, s.blocks.calm.data(), s.blocks.calm.size());
@@ -112,9 +112,9 @@ void Simulation::load(std::istream& in) {
   }
   read(in, &print, 1);
   if (print != fingerprint(s)) {
-    throw Error(
-        ExitCode::io, "",
-        "the saved simulation is of another scene: dx, dt, gravity, materials, colliders or sleep differ");
+    throw Error(ExitCode::io, "",
+                "the saved simulation is of another scene: dx, dt, gravity, materials, colliders, their "
+                "motion or sleep differ");
   }
   Counters c{};
   read(in, &c, 1);
@@ -124,6 +124,10 @@ void Simulation::load(std::istream& in) {
   }
   std::string cause(cause_length, ' ');
   read(in, cause.data(), cause_length);
+  ContactForces forces(s.setup.colliders.size());
+  forces.since = c.forces_since;
+  forces.complete = c.forces_complete != 0;
+  for (Vec3& impulse : forces.impulse) read(in, impulse.data(), 3);
   ParticleBlocks blocks;
   blocks.coord.resize(c.blocks);
   blocks.begin.resize(c.blocks + 1);
@@ -142,7 +146,10 @@ void Simulation::load(std::istream& in) {
 
   s.particles = std::move(particles);
   s.blocks = std::move(blocks);
+  s.forces = std::move(forces);
+  if (c.last_dt > 0) s.moving = moving_colliders(s.setup.colliders, c.time - c.last_dt, c.time);
   s.rebuild_grid();
+  s.plastic_work = c.plastic_work;
   s.time = c.time;
   s.steps = c.steps;
   s.particle_steps = c.particle_steps;

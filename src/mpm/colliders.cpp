@@ -82,6 +82,7 @@ std::vector<kernels::ContactNodes> contacts_of_block(const std::vector<Collider>
   for (const Collider& collider : colliders) {
     if (!collider.motion.empty() || signed_distance(collider.shape, center) > kNearCells * dx) continue;
     kernels::ContactNodes nodes;
+    nodes.collider = static_cast<std::int32_t>(&collider - colliders.data());
     if (fill_contact(collider, collider.shape, block, dx, nodes)) contacts.push_back(nodes);
   }
   return contacts;
@@ -93,7 +94,8 @@ std::vector<MovingCollider> moving_colliders(const std::vector<Collider>& collid
   for (const Collider& collider : colliders) {
     if (collider.motion.empty()) continue;
     const Shape shape{collider.shape.form, collider.motion.pose(collider.shape.pose, end)};
-    moving.push_back({&collider, shape, world_bounds(shape), collider.motion.velocity(begin, end)});
+    moving.push_back({&collider, static_cast<std::int32_t>(&collider - colliders.data()), shape,
+                      world_bounds(shape), collider.motion.velocity(begin, end)});
   }
   return moving;
 }
@@ -106,6 +108,7 @@ std::vector<kernels::ContactNodes> contacts_of_block(const std::vector<MovingCol
     if (distance_to(m.bounds, center) > kNearCells * dx) continue;
     if (signed_distance(m.shape, center) > kNearCells * dx) continue;
     kernels::ContactNodes nodes;
+    nodes.collider = m.index;
     if (!fill_contact(*m.collider, m.shape, block, dx, nodes)) continue;
     set_velocity(m.velocity, block, dx, nodes);
     contacts.push_back(nodes);

@@ -24,6 +24,7 @@ std::vector<kernels::ContactNodes> contacts_of_block(const std::vector<Collider>
 // there, so that what it pushes ends the step beside it.
 struct MovingCollider {
   const Collider* collider;
+  std::int32_t index;  // among the scene's colliders
   Shape shape;
   Bounds bounds;  // of `shape`
   RigidVelocity velocity;

@@ -166,18 +166,21 @@ void fill_columns(Simulation::State& state) {
 }
 
 void read_budget(Simulation::State& state) {
-  double lightest = HUGE_VAL;
+  double lightest = HUGE_VAL, stiffest = 0;  // kg, J
   state.budget.top = -HUGE_VAL;
   for (const PlacedSnow& snow : state.setup.snow) {
     for (std::size_t i = 0; i < snow.position.size(); ++i) {
       state.budget.start_speed = std::max(state.budget.start_speed, snow.velocity[i].norm());
       state.budget.top = std::max(state.budget.top, height_against(state.setup.gravity, snow.position[i]));
     }
-    if (!snow.position.empty()) lightest = std::min(lightest, snow.particle_mass());
-    state.budget.elastic_speed =
-        std::max(state.budget.elastic_speed, 0.01 * elastic_moduli(snow.material).p_wave_speed);
+    if (snow.position.empty()) continue;
+    lightest = std::min(lightest, snow.particle_mass());
+    const ElasticModuli moduli = elastic_moduli(snow.material);
+    stiffest = std::max(stiffest, (moduli.lambda + 2 * moduli.mu) * snow.particle_volume);
+    state.budget.elastic_speed = std::max(state.budget.elastic_speed, 0.01 * moduli.p_wave_speed);
   }
   state.mass_floor = static_cast<float>(1e-12 * lightest);
+  state.work_quanta = 0x1p40 / stiffest;  // a yielding particle's work is some 10^-7 to 10^-3 of it in a step
 }
 
 void check_placed(const std::vector<PlacedSnow>& snow) {

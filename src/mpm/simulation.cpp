@@ -21,6 +21,7 @@ Simulation::Simulation(Simulation&&) noexcept = default;
 
 bool Simulation::advance_to(double time, const std::atomic<bool>& stop) {
   State& s = *state_;
+  if (s.time < time) s.forces.begin_if_complete(s.time);
   while (s.time < time) {
     if (stop.load(std::memory_order_relaxed)) return false;
     const TimeStep limit = stable_step();
@@ -28,20 +29,26 @@ bool Simulation::advance_to(double time, const std::atomic<bool>& stop) {
     const double steps = std::max(1.0, std::ceil((time - s.time) / limit.dt - 1e-6));
     const double end = steps == 1 ? time : s.time + (time - s.time) / steps;
     s.last_step.cause = limit.cause;
-    step(end - s.time);
+    s.checked_step(end - s.time);
     s.time = end;
   }
+  s.forces.complete = true;
   return true;
 }
 
 void Simulation::step(double dt) {
-  State& s = *state_;
   if (!(dt > 0)) throw Error(ExitCode::usage, "", "a step needs dt > 0");
+  state_->forces.begin_if_complete(state_->time);
+  state_->checked_step(dt);
+  state_->forces.complete = true;
+}
+
+void Simulation::State::checked_step(double dt) {
   // What has blown up stays so: its particles may lie beyond the reach of their tiles and of a sort.
-  if (s.steps > 0) s.check_stability(s.last_step.dt);
-  s.last_stable_dt = stable_limit(s).dt;
-  s.last_step.dt = dt;
-  s.step(dt);
+  if (steps > 0) check_stability(last_step.dt);
+  last_stable_dt = stable_limit(*this).dt;
+  last_step.dt = dt;
+  step(dt);
 }
 
 double Simulation::time() const { return state_->time; }
@@ -59,7 +66,8 @@ std::size_t Simulation::resident_bytes() const { return state_->resident_bytes()
 std::size_t Simulation::State::resident_bytes() const {
   return particles.resident_bytes() + blocks.resident_bytes() + sorter.resident_bytes() +
          grid.resident_bytes() + summaries.capacity() * sizeof(kernels::BlockSummary) +
-         active.resident_bytes() + held_dt.capacity() * sizeof(float);
+         active.resident_bytes() + held_dt.capacity() * sizeof(float) +
+         chunk_impulses.capacity() * sizeof(double) + sleeping.capacity() * sizeof(SleepingNodes);
 }
 
 std::size_t estimate_bytes(std::size_t particles, std::size_t occupied_blocks) {

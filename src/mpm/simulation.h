@@ -64,6 +64,13 @@ struct TimeStep {
   std::string cause;
 };
 
+// What a collider does to the snow: N, the mean over the frame (from the last time that advance_to reached,
+// or over the last step()). Snow that sleeps counts with the force that carries it.
+struct ContactForce {
+  std::string collider;
+  Vec3 force = Vec3::Zero();
+};
+
 struct Metrics {
   double time = 0;
   std::uint64_t steps = 0;               // since the start of the run
@@ -77,13 +84,15 @@ struct Metrics {
   double kinetic_energy = 0;             // J
   double elastic_energy = 0;             // J
   double potential_energy = 0;           // J, -m g.x
+  double plastic_work = 0;               // J since the start: what yielding took from the elastic energy
   double volume = 0;                     // m^3, sum of V0 * J
   // kg/m^3, the density below which lie 5, 50 and 95 % of the mass. That of a particle is m / (V0 det F Jp).
   double density_p05 = 0, density_p50 = 0, density_p95 = 0;
-  double front = 0;      // m, x . front_direction below which lies 99 % of the mass
-  double max_speed = 0;  // m/s
-  Bounds bounds;         // of particle centres
-  TimeStep step;         // last step's dt and its cause
+  double front = 0;                    // m, x . front_direction below which lies 99 % of the mass
+  double max_speed = 0;                // m/s
+  Bounds bounds;                       // of particle centres
+  TimeStep step;                       // last step's dt and its cause
+  std::vector<ContactForce> contacts;  // one a collider, in the scene's order
 };
 
 // The way that snow runs: down the steepest plane among the colliders, along it; +x where none is tilted.

@@ -40,6 +40,10 @@ class ActiveBlocks {
   const std::vector<std::uint32_t>& scattering() const { return scattering_; }    // awake and held
   const std::vector<std::uint32_t>& grid_blocks() const { return grid_blocks_; }  // that the awake ones read
 
+  // Bit n: node n of a grid block is one that awake snow reaches; that only sleeping snow does.
+  std::uint64_t awake_nodes(std::size_t grid_block) const { return awake_nodes_[grid_block]; }
+  std::uint64_t sleeping_nodes(std::size_t grid_block) const { return sleeping_nodes_[grid_block]; }
+
   Activity of(std::size_t particle_block) const { return activity_[particle_block]; }
   bool all_awake() const { return awake_.size() == activity_.size(); }
   std::size_t resident_bytes() const;
@@ -47,6 +51,7 @@ class ActiveBlocks {
  private:
   std::vector<Activity> activity_;
   std::vector<std::uint32_t> awake_, scattering_, grid_blocks_;
+  std::vector<std::uint64_t> awake_nodes_, sleeping_nodes_;
 };
 
 }  // namespace firn

@@ -9,6 +9,7 @@
 #include "kernels/table.h"
 #include "src/mpm/block_grid.h"
 #include "src/mpm/colliders.h"
+#include "src/mpm/contact_forces.h"
 #include "src/mpm/simulation.h"
 #include "src/mpm/sleep.h"
 #include "src/particles/blocks.h"
@@ -25,7 +26,8 @@ struct EnergyBudget {
 };
 
 struct Simulation::State {
-  State(const kernels::KernelTable& table, SimulationSetup scene) : kernels(table), setup(std::move(scene)) {}
+  State(const kernels::KernelTable& table, SimulationSetup scene)
+      : kernels(table), setup(std::move(scene)), forces(setup.colliders.size()) {}
 
   const kernels::KernelTable& kernels;
   SimulationSetup setup;                           // without the placed particles
@@ -42,6 +44,12 @@ struct Simulation::State {
   ActiveBlocks active;
   std::vector<float> held_dt;  // s, the dt with which the tile of a held block was made; 0: none
 
+  ContactForces forces;
+  std::vector<double> chunk_impulses;   // N s, of a step: a vector a collider a chunk of grid blocks
+  std::vector<SleepingNodes> sleeping;  // of each grid block
+  double plastic_work = 0;              // J, since the start
+  double work_quanta = 0;               // 1/J
+
   double time = 0;  // s
   std::uint64_t steps = 0;
   std::uint64_t particle_steps = 0;
@@ -56,6 +64,7 @@ struct Simulation::State {
 
   // step.cpp
   void step(double dt);
+  void checked_step(double dt);  // simulation.cpp
   kernels::StepParams step_params(double dt) const;
   void sort();
   void rebuild_grid();
@@ -66,6 +75,15 @@ struct Simulation::State {
   void note_rest(double dt);
   void find_active();
   void summarise();  // `summary` of the particles as they stand
+
+  kernels::ParticleRange range_of(std::size_t b) const { return {blocks.begin[b], blocks.begin[b + 1]}; }
+
+  // weigh_sleepers.cpp
+  const std::vector<kernels::ContactNodes>& contacts_at(std::size_t grid_block,
+                                                        std::vector<kernels::ContactNodes>& room) const;
+  std::vector<SleepingNodes::Force> forces_on_sleepers(
+      std::size_t grid_block, const std::vector<kernels::ContactNodes>& contacts) const;
+  void weigh_sleepers();
 
   std::size_t asleep() const;  // particles
   std::size_t resident_bytes() const;

@@ -25,9 +25,8 @@ namespace {
 // rest is for particles that turn round.
 constexpr float kLeadCells = 0.75f;
 
-kernels::ParticleRange range_of(const ParticleBlocks& blocks, std::size_t b) {
-  return {blocks.begin[b], blocks.begin[b + 1]};
-}
+// Grid blocks whose contact impulses are summed together: more tasks against less to sum.
+constexpr std::size_t kImpulseChunk = 8;
 
 // Did anything in a block move? What C does half a cell from a particle counts.
 bool is_quiet(const kernels::BlockSummary& seen, double dx, float speed) {
@@ -67,6 +66,7 @@ void Simulation::State::sort() {
 void Simulation::State::rebuild_grid() {
   grid.rebuild(blocks, setup.colliders, setup.dx);
   summaries.assign(blocks.size(), {});
+  sleeping.clear();
   active.forget();
   find_active();
   bottom = budget.top;
@@ -104,24 +104,36 @@ void Simulation::State::particles_to_grid(const kernels::StepParams& params) {
   parallel_for(active.scattering().size(), 1, [&](std::size_t i) {
     const std::size_t b = active.scattering()[i];
     if (held_dt[b] == params.dt) return;  // the tile is as it was
-    kernels.mpm.p2g(params, materials.data(), view, range_of(blocks, b), grid.tile(b));
+    kernels.mpm.p2g(params, materials.data(), view, range_of(b), grid.tile(b));
     held_dt[b] = active.of(b) == Activity::held ? params.dt : 0.f;
   });
 }
 
 void Simulation::State::update_grid(const kernels::StepParams& params) {
   const auto scatters = [&](std::size_t b) { return active.of(b) != Activity::deep; };
-  parallel_for(active.grid_blocks().size(), 4, [&](std::size_t i) {
-    const std::size_t g = active.grid_blocks()[i];
-    const float* tiles[kernels::kNeighbours];
-    grid.tiles_around(g, scatters, tiles);
-    kernels.mpm.reduce_tiles(tiles, grid.nodes(g));
-    const auto& standing = grid.contacts(g);
-    auto contacts = contacts_of_block(moving, grid.coord(g), setup.dx);
-    if (!contacts.empty()) contacts.insert(contacts.begin(), standing.begin(), standing.end());
-    const auto& all = contacts.empty() ? standing : contacts;
-    kernels.mpm.grid_update(params, all.data(), static_cast<int>(all.size()), grid.nodes(g));
+  const std::vector<std::uint32_t>& updated = active.grid_blocks();
+  const std::size_t colliders = setup.colliders.size();
+  const std::size_t chunks = (updated.size() + kImpulseChunk - 1) / kImpulseChunk;
+  chunk_impulses.assign(chunks * colliders * 3, 0);
+  parallel_chunks(updated.size(), kImpulseChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+    std::vector<kernels::ContactNodes> room;
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t g = updated[i];
+      const float* tiles[kernels::kNeighbours];
+      grid.tiles_around(g, scatters, tiles);
+      kernels.mpm.reduce_tiles(tiles, grid.nodes(g));
+      const auto& contacts = contacts_at(g, room);
+      kernels.mpm.grid_update(params, contacts.data(), static_cast<int>(contacts.size()),
+                              active.awake_nodes(g), grid.nodes(g),
+                              chunk_impulses.data() + chunk * colliders * 3);
+    }
   });
+  for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
+    for (std::size_t k = 0; k < colliders; ++k) {
+      const double* impulse = chunk_impulses.data() + (chunk * colliders + k) * 3;
+      forces.impulse[k] += Vec3(impulse[0], impulse[1], impulse[2]);
+    }
+  }
 }
 
 void Simulation::State::grid_to_particles(const kernels::StepParams& params) {
@@ -132,9 +144,10 @@ void Simulation::State::grid_to_particles(const kernels::StepParams& params) {
     alignas(64) float tile[kernels::kTileStride];
     grid.blocks_around(b, around);
     kernels.mpm.assemble_tile(around, tile);
-    kernels.mpm.g2p(params, materials.data(), view, range_of(blocks, b), tile, &summaries[b]);
+    kernels.mpm.g2p(params, materials.data(), view, range_of(b), tile, &summaries[b]);
   });
   summary = combine(summaries);
+  plastic_work += static_cast<double>(summary.plastic_work) / work_quanta;
 }
 
 void Simulation::State::note_rest(double dt) {
@@ -154,9 +167,10 @@ void Simulation::State::find_active() {
   held_dt.assign(blocks.size(), 0.f);
   parallel_for(asleep.size(), 4, [&](std::size_t i) {
     const std::size_t b = asleep[i];
-    set_at_rest(particles.view(), range_of(blocks, b));
-    kernels.mpm.summarise(materials.data(), particles.view(), range_of(blocks, b), &summaries[b]);
+    set_at_rest(particles.view(), range_of(b));
+    kernels.mpm.summarise(materials.data(), particles.view(), range_of(b), &summaries[b]);
   });
+  weigh_sleepers();
 }
 
 std::size_t Simulation::State::asleep() const {
@@ -167,7 +181,7 @@ std::size_t Simulation::State::asleep() const {
 
 void Simulation::State::summarise() {
   parallel_for(blocks.size(), 4, [&](std::size_t b) {
-    kernels.mpm.summarise(materials.data(), particles.view(), range_of(blocks, b), &summaries[b]);
+    kernels.mpm.summarise(materials.data(), particles.view(), range_of(b), &summaries[b]);
   });
   summary = combine(summaries);
 }
@@ -179,6 +193,7 @@ kernels::StepParams Simulation::State::step_params(double dt) const {
   params.inv_dx = static_cast<float>(1 / setup.dx);
   for (int axis = 0; axis < 3; ++axis) params.gravity_dt[axis] = static_cast<float>(setup.gravity[axis] * dt);
   params.mass_floor = mass_floor;
+  params.work_quanta = work_quanta;
   return params;
 }
 
@@ -194,6 +209,7 @@ void Simulation::State::step(double dt) {
   particles_to_grid(params);
   done("p2g");
   update_grid(params);
+  forces.add_sleepers(dt);
   done("grid");
   grid_to_particles(params);
   done("g2p");

@@ -42,6 +42,7 @@ kernels::BlockSummary combine(const std::vector<kernels::BlockSummary>& summarie
     all.strayed |= s.strayed;
     all.not_finite |= s.not_finite;
     clamped += s.clamped;
+    all.plastic_work += s.plastic_work;
   }
   all.clamped = static_cast<std::int32_t>(std::min<std::int64_t>(clamped, INT32_MAX));  // benches alone ask
   return all;

@@ -150,3 +150,31 @@ TEST_CASE("metrics.csv keeps the rows before the frame that a run resumes at and
   }
   CHECK_FALSE(std::getline(in, row));
 }
+
+TEST_CASE("metrics.csv names the colliders whose forces it tells, and the plastic work") {
+  Scratch scratch;
+  Metrics metrics;
+  metrics.plastic_work = 2.5;
+  metrics.contacts = {{"ground", Vec3(1, -2, 0.5)}, {"plate, \"left\"", Vec3(0, 4, 0)}};
+  MetricsCsv(scratch / "metrics.csv", 0).add(0, metrics);
+  const std::string text = read_file(scratch / "metrics.csv");
+  CHECK_THAT(text, contains(",plastic_work_J,"));
+  CHECK_THAT(text, contains(",dt_cause,force_x_N[ground],force_y_N[ground],force_z_N[ground],"
+                            "\"force_x_N[plate, \"\"left\"\"]\","));
+  CHECK_THAT(text, contains(",2.5,"));
+  CHECK_THAT(text, contains(",1,-2,0.5,0,4,0\n"));
+}
+
+TEST_CASE("the manifest keeps the forces of the colliders") {
+  Scratch scratch;
+  Manifest manifest;
+  manifest.frames.resize(1);
+  manifest.frames[0].metrics.contacts = {{"ground", Vec3(1, -2, 0.5)}};
+  manifest.frames[0].metrics.plastic_work = 0.25;
+  write_manifest(scratch / "run.json", manifest);
+  const Metrics m = read_manifest(scratch / "run.json").frames.at(0).metrics;
+  REQUIRE(m.contacts.size() == 1);
+  CHECK(m.contacts[0].collider == "ground");
+  CHECK(m.contacts[0].force == Vec3(1, -2, 0.5));
+  CHECK(m.plastic_work == 0.25);
+}

@@ -30,7 +30,9 @@ inline std::vector<kernels::MaterialParams> test_materials() {
           {kernels::kSnow, 0, 58333.f, 38889.f, 1.f / 400, 0.975f, 1.0075f, 10.f, 0.6f, 20.f}};
 }
 
-inline kernels::StepParams test_step() { return {2e-4f, 0.01f, 100.f, {1e-4f, -2e-3f, 5e-4f}, 1e-18f}; }
+inline kernels::StepParams test_step() {
+  return {2e-4f, 0.01f, 100.f, {1e-4f, -2e-3f, 5e-4f}, 1e-18f, 0x1p60};
+}
 
 // A random rotation, by the quaternion of four random numbers.
 inline void random_rotation(Random& random, double r[9]) {

@@ -53,14 +53,14 @@ std::vector<ref::Particle> stirred_ball(double mass) {
 TEST_CASE("in double, a free body keeps mass and momentum to 1e-13, angular momentum to 1e-12", "[kernels]") {
   for (const kernels::MaterialParams& material : test::test_materials()) {
     std::vector<ref::Particle> body = stirred_ball(kDx * kDx * kDx / 64 / material.inverse_density);
-    const kernels::StepParams step{1e-4f, float(kDx), float(1 / kDx), {0, 0, 0}, 0};
+    const kernels::StepParams step{1e-4f, float(kDx), float(1 / kDx), {0, 0, 0}, 0, 0};
     const Kept before = kept_by(body);
     std::vector<double> tile(kernels::kTileFloats);
     double strained = 0;
     for (int n = 0; n < 1000; ++n) {
       ref::p2g(step, &material, body.data(), static_cast<int>(body.size()), tile.data());
       for (int part = 0; part < kernels::kTileFloats; part += 4 * kernels::kBlockNodes)
-        ref::grid_update(step, nullptr, 0, tile.data() + part);
+        ref::grid_update(step, nullptr, 0, 0, tile.data() + part, nullptr);
       ref::g2p(step, &material, body.data(), static_cast<int>(body.size()), tile.data());
       for (const ref::Particle& p : body) strained = std::max(strained, std::abs(p.F[0] - 1));
     }

@@ -277,6 +277,7 @@ namespace {
 kernels::ContactNodes random_contact(Random& random, kernels::ContactKind kind, float friction,
                                      float static_friction, bool moving) {
   kernels::ContactNodes c{};
+  c.collider = moving ? 2 : 0;
   c.kind = kind;
   c.friction = friction;
   c.static_friction = static_friction;
@@ -304,21 +305,28 @@ void fill_nodes(Random& random, float* nodes) {
   }
 }
 
+constexpr std::uint64_t kCounted = 0xf0f0ffff0ff01234;  // of the nodes, for the impulses
+
 void check_grid_update(const kernels::ContactNodes (&contacts)[2]) {
   const auto step = test_step();
   Random random(7);
   alignas(64) float original[kernels::kBlockFloats];
   fill_nodes(random, original);
   std::vector<double> expected(original, original + kernels::kBlockFloats);
-  kernels::reference::grid_update(step, contacts, 2, expected.data());
+  double impulses[9] = {}, most = 0;
+  kernels::reference::grid_update(step, contacts, 2, kCounted, expected.data(), impulses);
+  for (const double i : impulses) most = std::max(most, std::fabs(i));
   on_every_isa([&](const kernels::KernelTable& table) {
     INFO(table.isa);
     alignas(64) float nodes[kernels::kBlockFloats];
     std::memcpy(nodes, original, sizeof nodes);
-    table.mpm.grid_update(step, contacts, 2, nodes);
-    Worst error;
+    double given[9] = {};
+    table.mpm.grid_update(step, contacts, 2, kCounted, nodes, given);
+    Worst error, of_impulse;
     for (int i = 0; i < kernels::kBlockFloats; ++i) error.add(std::fabs(nodes[i] - expected[i]));
+    for (int i = 0; i < 9; ++i) of_impulse.add(std::fabs(given[i] - impulses[i]));
     CHECK(error.value() < 5e-6);
+    CHECK(of_impulse.value() < 1e-6 * most);
   });
 }
 
@@ -357,7 +365,9 @@ TEST_CASE(
         const float node[4] = {0, -1, speed, 1};
         std::copy(node, node + 4, nodes + 4 * n);
       }
-      table.mpm.grid_update(step, &c, 1, nodes);
+      double impulse[3] = {};
+      table.mpm.grid_update(step, &c, 1, ~std::uint64_t{0}, nodes, impulse);
+      CHECK(impulse[1] == kernels::kBlockNodes);  // each node had 1 kg m/s of it
       for (int n = 0; n < kernels::kBlockNodes; ++n) {
         REQUIRE(nodes[4 * n + 1] == 0);
         REQUIRE(nodes[4 * n + 2] == Approx(speed <= 0.6f ? 0 : speed - 0.2f));

@@ -3,6 +3,7 @@
 // change a bit.
 #include <algorithm>
 #include <cstring>
+#include <string>
 #include <vector>
 
 #include "tests/catch.h"
@@ -109,7 +110,59 @@ void check_g2p(const kernels::KernelTable& table, const ParticleColumns& origina
   CHECK(summary.wave2 == left.wave2);
 }
 
+// J per m^3 of placed volume: tau : (trial - F) F^-1 less what hardening adds, in double.
+double reference_work(const kernels::MaterialParams& m, const kernels::reference::Particle& trial,
+                      const kernels::reference::Particle& after) {
+  double tau[9], work = 0;
+  kernels::reference::stress(m, after.F, trial.Jp, tau);
+  const double j = kernels::reference::determinant(after.F);
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) {
+      for (int k = 0; k < 3; ++k) {  // column c of F^-1, by Cramer's rule
+        double replaced[9];
+        std::copy(after.F, after.F + 9, replaced);
+        for (int i = 0; i < 3; ++i) replaced[3 * i + k] = i == c;
+        const double inverse = kernels::reference::determinant(replaced) / j;
+        work += tau[3 * r + c] * (trial.F[3 * r + k] - after.F[3 * r + k]) * inverse;
+      }
+    }
+  }
+  return work + kernels::reference::energy(m, after.F, trial.Jp) -
+         kernels::reference::energy(m, after.F, after.Jp);
+}
+
 }  // namespace
+
+TEST_CASE("plastic work is the stress times the plastic strain, the same count on v3 and v4") {
+  const auto step = test_step();
+  const auto plastic = test_materials();
+  auto elastic = plastic;
+  for (auto& m : elastic) m.plastic = 0;
+  const Tile tile = slow_velocities();
+  for (const std::size_t yielding : {0, 1, 9, 100}) {
+    const ParticleColumns original = some_yield(203, yielding, 3);
+    std::vector<std::int64_t> counts;
+    on_every_isa([&](const kernels::KernelTable& table) {
+      INFO(table.isa << ", " << yielding << " yield");
+      const ParticleColumns after = copy_of(original), trial = copy_of(original);
+      kernels::BlockSummary summary, ignored;
+      table.mpm.g2p(step, plastic.data(), after.view(), {0, 203}, tile.nodes, &summary);
+      table.mpm.g2p(step, elastic.data(), trial.view(), {0, 203}, tile.nodes, &ignored);
+      CHECK(ignored.plastic_work == 0);
+      const auto ended = reference_particles(after), tried = reference_particles(trial);
+      double expected = 0;
+      for (std::size_t i = 0; i < ended.size(); ++i) {
+        const auto& m = plastic[static_cast<std::size_t>(ended[i].object)];
+        expected += ended[i].m * m.inverse_density * reference_work(m, tried[i], ended[i]);
+      }
+      CHECK(static_cast<double>(summary.plastic_work) / step.work_quanta ==
+            Approx(expected).epsilon(1e-4).margin(1e-18));
+      if (std::string(table.isa) != "base") counts.push_back(summary.plastic_work);
+    });
+    for (const std::int64_t count : counts) CHECK(count == counts.front());
+    if (yielding > 10 && !counts.empty()) CHECK(counts.front() > 1000000);
+  }
+}
 
 TEST_CASE("the wave speed of snow softer than at rest is its own, not that of the lanes beside it") {
   const auto step = test_step();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Laws that hold whatever the material: conservation, free flight, rigid motion.
 #include "tests/catch.h"
+#include "tests/physics/curve.h"
 #include "tests/physics/snow.h"
 
 using namespace firn;
@@ -42,7 +43,7 @@ TEST_CASE("a free body keeps its mass, momentum and angular momentum over 1000 s
   CHECK(after.elastic_energy > 0);
 }
 
-TEST_CASE("a body in free fall moves by -g dt^2 n (n + 1) / 2 in n steps", "[physics]") {
+TEST_CASE("a body in free fall moves by -g dt^2 n (n + 1) / 2 in n steps", "[physics][figure]") {
   SimulationSetup setup;
   setup.dx = 0.01;
   setup.gravity = Vec3(0, -9.81, 0);
@@ -51,7 +52,15 @@ TEST_CASE("a body in free fall moves by -g dt^2 n (n + 1) / 2 in n steps", "[phy
   const double before = simulation.metrics().potential_energy / (9.81 * simulation.metrics().mass);
   const double dt = 3e-4;
   const int n = 1000;
-  for (int i = 0; i < n; ++i) simulation.step(dt);
+  Curve curve("free_fall", "series,time_s,fallen_m,expected_m");
+  for (int i = 0; i < n; ++i) {
+    if (i % 25 == 0) {
+      const Metrics now = simulation.metrics();
+      curve.add("ball", {now.time, before - now.potential_energy / (9.81 * now.mass),
+                         9.81 * dt * dt * i * (i + 1) / 2});
+    }
+    simulation.step(dt);
+  }
   const Metrics m = simulation.metrics();
   const double fallen = before - m.potential_energy / (9.81 * m.mass);
   CHECK(fallen == Approx(9.81 * dt * dt * n * (n + 1) / 2).epsilon(1e-4));

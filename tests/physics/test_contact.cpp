@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "tests/catch.h"
+#include "tests/physics/curve.h"
 #include "tests/physics/snow.h"
 
 using namespace firn;
@@ -44,6 +45,28 @@ TEST_CASE("a block on an incline slides at g (sin - mu cos) when tan exceeds mu"
     const double acceleration = (speed_along(simulation) - start) / 0.3;
     INFO(degrees);
     CHECK(acceleration == Approx(9.81 * (std::sin(angle) - mu * std::cos(angle))).epsilon(0.02));
+  }
+}
+
+TEST_CASE("a block on 20 degrees gains g (sin - mu cos), and nothing when mu exceeds tan",
+          "[physics][figure]") {
+  const double angle = 20 * M_PI / 180, settled = 0.1;
+  Curve curve("incline", "series,time_s,speed_m_s,expected_m_s");
+  for (const double mu : {0.0, 0.1, 0.2, 0.3, 0.5}) {
+    SimulationSetup setup = incline(20, mu, Contact::separating);
+    setup.sleep = false;
+    Simulation simulation(best_kernels(), setup);
+    simulation.advance_to(settled, kNeverStop);
+    const double start = speed_along(simulation);
+    const double acceleration = std::max(0.0, 9.81 * (std::sin(angle) - mu * std::cos(angle)));
+    INFO("mu " << mu << ": " << acceleration << " m/s^2");
+    for (int k = 0; k <= 16; ++k) {
+      const double time = settled + 0.025 * k;
+      simulation.advance_to(time, kNeverStop);
+      const double gained = speed_along(simulation) - start;
+      curve.add("mu = " + std::to_string(mu).substr(0, 3), {time, gained, acceleration * (time - settled)});
+    }
+    CHECK(speed_along(simulation) - start == Approx(acceleration * 0.4).epsilon(0.02).margin(2e-3));
   }
 }
 

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "tests/catch.h"
+#include "tests/physics/curve.h"
 #include "tests/physics/snow.h"
 
 using namespace firn;
@@ -48,7 +49,7 @@ double at_zero(const std::vector<double>& values, int count) {
 
 }  // namespace
 
-TEST_CASE("a fixed-free bar between rollers swings at c_p / (4 L)", "[physics]") {
+TEST_CASE("a fixed-free bar between rollers swings at c_p / (4 L)", "[physics][figure]") {
   const Material material = elastic();
   SimulationSetup setup = bar(material);
   setup.gravity = Vec3::Zero();
@@ -61,9 +62,13 @@ TEST_CASE("a fixed-free bar between rollers swings at c_p / (4 L)", "[physics]")
   const double expected = 4 * kLength / elastic_moduli(material).p_wave_speed;
   std::vector<double> zeros;
   double last = simulation.metrics().momentum.y(), last_time = 0;
+  Curve curve("bar", "series,time_s,velocity_m_s,expected_m_s");
+  const double start = last, mass = simulation.metrics().mass;
   while (zeros.size() < 5) {
     simulation.advance_to(simulation.time() + expected / 200, kNeverStop);
     const double now = simulation.metrics().momentum.y();
+    curve.add("bar", {simulation.time(), now / mass,
+                      start / mass * std::cos(2 * M_PI * simulation.time() / expected)});
     if (now * last < 0) zeros.push_back(last_time + (simulation.time() - last_time) * last / (last - now));
     last = now;
     last_time = simulation.time();
@@ -75,7 +80,8 @@ TEST_CASE("a fixed-free bar between rollers swings at c_p / (4 L)", "[physics]")
 
 TEST_CASE(
     "a column between rollers sags under its weight to the height and the strain of its stress-strain law",
-    "[physics]") {
+    "[physics][figure]") {
+  Curve curve("self_weight", "series,height_m,displacement_m,expected_m");
   struct Case {
     MaterialModel model;
     double height;  // of a 1 m column at g = 9.81 m/s^2
@@ -92,7 +98,7 @@ TEST_CASE(
     // equilibrium.
     const double period = 4 * kLength / elastic_moduli(elastic()).p_wave_speed;
     double sag = 0;
-    std::vector<double> strain(2 * kCells);  // F along the column, layer by layer
+    std::vector<double> strain(2 * kCells), lift(2 * kCells);  // F along the column, m; layer by layer
     Snapshot snapshot;
     const int samples = 160;
     for (int i = 0; i < samples; ++i) {
@@ -102,6 +108,7 @@ TEST_CASE(
       for (std::size_t k = 0; k < snapshot.size(); ++k) {  // between rollers, J is F along the column
         const std::size_t layer = static_cast<std::size_t>(placed[snapshot.id[k]].y() / (kDx / 2) - 1);
         strain[layer] += 400. / snapshot.density[k] / (16 * samples);
+        lift[layer] += (snapshot.world_position(k).y() - placed[snapshot.id[k]].y()) / (16 * samples);
       }
     }
     INFO(static_cast<int>(expected.model));
@@ -111,6 +118,11 @@ TEST_CASE(
     const double foot = at_zero(strain, kCells);
     INFO("F at the foot " << foot << ", off by " << foot - expected.base);
     CHECK(foot == Approx(expected.base).margin(1e-3));
+    for (std::size_t k = 0; k < lift.size(); ++k) {
+      const double y = (static_cast<double>(k) + 0.5) * kDx / 2;
+      curve.add(expected.model == MaterialModel::snow ? "fixed corotated" : "neo-Hookean",
+                {y, lift[k], (expected.base - 1) * (y - y * y / (2 * kLength))});
+    }
     for (std::size_t k = 4; k < strain.size(); ++k) {
       INFO("layer " << k);
       CHECK(strain[k] ==

@@ -8,6 +8,7 @@
 
 #include "src/scene/presets.h"
 #include "tests/catch.h"
+#include "tests/physics/curve.h"
 #include "tests/physics/snow.h"
 
 using namespace firn;
@@ -67,7 +68,8 @@ double edge_of(const std::vector<double>& top) {
 }  // namespace
 
 TEST_CASE("a cone of sand that is too steep slides to about its angle of friction, a flatter one stays",
-          "[physics]") {
+          "[physics][figure]") {
+  Curve curve("cone", "series,radius_m,height_m,start_m,found_degrees");
   constexpr double kDx = 0.0125, kRadius = 0.15;
   for (const double friction_angle : {25.0, 32.0}) {
     for (const double start : {friction_angle + 8, friction_angle - 5}) {
@@ -80,7 +82,13 @@ TEST_CASE("a cone of sand that is too steep slides to about its angle of frictio
                                                            sand(friction_angle), inside),
                                                       kDx));
       simulation.advance_to(0.8, kNeverStop);
-      const double found = slope(profile(simulation, kDx, 40, 0.5 * kDx), kDx);
+      const std::vector<double> rest = profile(simulation, kDx, 40, 0.5 * kDx);
+      const double found = slope(rest, kDx);
+      for (std::size_t i = 0; i < rest.size(); ++i) {
+        const double r = (static_cast<double>(i) + 0.5) * kDx;
+        curve.add(std::to_string(std::lround(friction_angle)) + " from " + std::to_string(std::lround(start)),
+                  {r, rest[i], std::max(0.0, height * (1 - r / kRadius)), found});
+      }
       INFO("friction angle " << friction_angle << ", from " << start << " to " << found);
       CHECK(found > friction_angle - 6);
       CHECK(found < friction_angle + 2);
@@ -89,7 +97,8 @@ TEST_CASE("a cone of sand that is too steep slides to about its angle of frictio
 }
 
 TEST_CASE("a round column of sand runs out as far and stays as high as those of the laboratory",
-          "[physics]") {
+          "[physics][figure]") {
+  Curve curve("round_column", "series,aspect,run_out,expected");
   constexpr double kRadius = 0.1;
   struct Case {
     double aspect, dx, run_out;
@@ -108,6 +117,7 @@ TEST_CASE("a round column of sand runs out as far and stays as high as those of 
     const double run_out = edge_of(top) * c.dx / 4 / kRadius - 1;
     const double rest = *std::max_element(top.begin(), top.end()) / kRadius;
     INFO("a = " << c.aspect << ": run-out " << run_out << ", height " << rest);
+    curve.add("30 degrees", {c.aspect, run_out, c.run_out});
     CHECK(run_out == Approx(c.run_out).epsilon(0.2));
     if (c.height) CHECK(rest == Approx(*c.height).epsilon(0.2));
   }
@@ -115,7 +125,8 @@ TEST_CASE("a round column of sand runs out as far and stays as high as those of 
 
 // The angle is fixed on a = 1 (33 degrees: 1.22 against 1.2; 30 degrees: 1.27) and holds for the others.
 TEST_CASE("sand let go from a wall runs out along a channel as in the laboratory, for five aspect ratios",
-          "[physics]") {
+          "[physics][figure]") {
+  Curve curve("channel_column", "series,aspect,run_out,height");
   constexpr double kLength = 0.1, kDx = 0.00625;
   for (const double a : {0.6, 1.0, 2.0, 3.0, 5.0}) {
     const double height = a * kLength;
@@ -132,6 +143,7 @@ TEST_CASE("sand let go from a wall runs out along a channel as in the laboratory
     const double run_out = (edge_of(top) / 4 - 0.5) * kDx / kLength - 1;
     const double rest = *std::max_element(top.begin(), top.end()) / kLength;
     INFO("a = " << a << ": run-out " << run_out << ", height " << rest);
+    curve.add("33 degrees", {a, run_out, rest});
     // Lube et al. 2005, Lajeunesse et al. 2005
     CHECK(run_out == Approx(a < 2.3 ? 1.2 * a : 1.9 * std::pow(a, 2. / 3)).epsilon(0.2));
     CHECK(rest == Approx(a < 0.7 ? a : std::cbrt(a)).epsilon(0.2));

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 // What the metrics tell of a frame: percentiles of density, the front on a slope, the same on any number of
 // threads.
+#include <algorithm>
+#include <numeric>
 #include <vector>
 
+#include "src/core/rng.h"
 #include "src/mpm/percentile.h"
 #include "tests/catch.h"
 #include "tests/physics/snow.h"
@@ -20,6 +23,25 @@ TEST_CASE("a percentile by mass is the value at which that part of the mass is r
   CHECK(mass_percentile(value, mass.data(), 0.85) == 3);
   CHECK(mass_percentile(value, mass.data(), 1) == 7);
   CHECK(mass_percentile({}, mass.data(), 0.5) == 0);
+}
+
+TEST_CASE("percentiles of many particles are exact", "[physics]") {
+  const std::size_t count = 300001;
+  std::vector<float> value(count), mass(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    value[i] = 2000 * uniform_float(hash_keys(1, i)) - 500;
+    mass[i] = 1e-6f * (1 + uniform_float(hash_keys(2, i)));
+  }
+  std::vector<std::size_t> order(count);
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return value[a] < value[b]; });
+  const double all = std::accumulate(mass.begin(), mass.end(), 0.0);
+  for (const double part : {0.05, 0.5, 0.99}) {
+    double below = 0;
+    std::size_t k = 0;
+    while (below + mass[order[k]] < part * all) below += mass[order[k++]];
+    CHECK(mass_percentile(value, mass.data(), part) == value[order[k]]);
+  }
 }
 
 TEST_CASE("snow as placed has its own density, loose and packed snow what Jp makes of it", "[physics]") {

@@ -3,12 +3,15 @@
 // contact never make energy, at the automatic dt.
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <map>
 #include <vector>
 
 #include "src/core/error.h"
 #include "src/mpm/state.h"
 #include "src/scene/presets.h"
 #include "tests/catch.h"
+#include "tests/physics/curve.h"
 #include "tests/physics/snow.h"
 
 using namespace firn;
@@ -20,7 +23,8 @@ double energy(const Metrics& m) { return m.kinetic_energy + m.elastic_energy + m
 
 // The most energy that a ball has while it is thrown at the ground, for `time` (s), over that of its start,
 // with steps of `part` of the automatic dt. Infinite when it blows up. packing: Jp at the start.
-double growth(const Material& material, float packing, double speed, double time, double part) {
+double growth(const Material& material, float packing, double speed, double time, double part,
+              const std::function<void(const Metrics&)>& see = {}) {
   SimulationSetup setup;
   setup.dx = 0.01;
   setup.sleep = false;
@@ -34,7 +38,9 @@ double growth(const Material& material, float packing, double speed, double time
   try {
     while (simulation.time() < time) {
       simulation.step(part * simulation.stable_step().dt);
-      const double now = energy(simulation.metrics());
+      const Metrics metrics = simulation.metrics();
+      const double now = energy(metrics);
+      if (see) see(metrics);
       if (!std::isfinite(now)) return INFINITY;
       most = std::max(most, now / start);
       if (most > 100) break;
@@ -63,11 +69,19 @@ SimulationSetup deep_snow(double dx, int cells) {
 }  // namespace
 
 TEST_CASE("thrown at the ground at the automatic dt, no preset gains energy, and packed snow does not",
-          "[physics]") {
+          "[physics][figure]") {
+  Curve curve("presets", "series,time_s,energy");
   for (const Preset& preset : presets()) {
     for (const double speed : {1.0, 6.0}) {
       INFO(preset.name << " at " << speed << " m/s");
-      CHECK(growth(preset.material, 1, speed, 0.08, 1) < 1.005);
+      double start = 0, next = 0;
+      const auto draw = [&](const Metrics& m) {
+        if (start == 0) start = energy(m);
+        if (speed < 2 || m.time < next) return;
+        next += 1e-3;
+        curve.add(preset.name, {m.time, energy(m) / start});
+      };
+      CHECK(growth(preset.material, 1, speed, 0.08, 1, draw) < 1.005);
     }
   }
   CHECK(growth(Material{}, 0.6f, 4, 0.02, 1) < 1.005);
@@ -152,7 +166,7 @@ TEST_CASE("two balls that meet are packed where they met, not on their far sides
   CHECK(far < 1.05 * 400);
 }
 
-TEST_CASE("snow under its own weight yields from the depth where theta_c is reached", "[physics]") {
+TEST_CASE("snow under its own weight yields from the depth where theta_c is reached", "[physics][figure]") {
   const double dx = 1. / 32, g = 9.81;
   SimulationSetup setup = deep_snow(dx, 44);
   const Material material;
@@ -184,5 +198,113 @@ TEST_CASE("snow under its own weight yields from the depth where theta_c is reac
       (2 * moduli.mu + moduli.lambda) * material.critical_compression / (material.density * g);
   CHECK(expected == Approx(0.991).margin(1e-3));
   INFO("yields from " << shallowest << " m");
+  std::map<double, Vec3> layers;  // depth: compression of the elastic part, packing, expected compression
+  for (std::size_t i = 0; i < state.particles.size(); ++i) {
+    const auto p = state.particles.view();
+    const double elastic =
+        std::min(material.critical_compression, depth[p.id[i]] / expected * material.critical_compression);
+    layers[depth[p.id[i]]] = Vec3(1 - p.F[4][i], 1 - p.Jp[i], elastic);
+  }
+  Curve curve("yield_depth", "series,depth_m,compression,packing,expected");
+  for (const auto& [at, of] : layers) curve.add("snow", {at, of[0], of[1], of[2]});
   CHECK(shallowest == Approx(expected).margin(dx));
+}
+
+TEST_CASE("the work of a plate that packs snow slowly is elastic energy and plastic work",
+          "[physics][figure]") {
+  Curve curve("packing", "series,time_s,work_J,elastic_J,plastic_J");
+  Material clay;
+  clay.model = MaterialModel::cam_clay;
+  clay.compressive_strength = 500;
+  clay.hardening = 1;
+  const Material materials[] = {Material{}, clay, find_preset("packed").material};
+  for (const Material& material : materials) {
+    constexpr double kDx = 0.02, kTime = 0.5;
+    constexpr int kCells = 12;
+    SimulationSetup setup = deep_snow(kDx, kCells);
+    setup.gravity = Vec3::Zero();
+    setup.snow[0].material = material;
+    Collider plate;
+    plate.name = "plate";
+    const Vec3 top(0, (kCells + 0.5) * kDx, 0), way(0, -0.2 * kCells * kDx, 0);  // packed by a fifth
+    plate.shape = {HalfSpace{}, {Eigen::AngleAxisd(M_PI, Vec3::UnitX()).toRotationMatrix(), top}};
+    plate.friction = 0;
+    plate.motion = Motion({{0, Vec3::Zero(), Mat3::Identity()}, {kTime, way, Mat3::Identity()}}, top);
+    setup.colliders.push_back(plate);
+    Simulation simulation(best_kernels(), setup);
+    Metrics m;
+    double work = 0;
+    const int frames = 50;
+    for (int frame = 1; frame <= frames; ++frame) {
+      simulation.advance_to(kTime * frame / frames, kNeverStop);
+      m = simulation.metrics();
+      work += m.contacts.back().force.dot(way) / frames;  // the mean force, at an even speed
+      if (&material != materials) continue;
+      curve.add("fresh", {m.time, work, m.elastic_energy, m.plastic_work});
+    }
+    INFO("model " << static_cast<int>(material.model) << ": work " << work << " J, elastic "
+                  << m.elastic_energy << " J, plastic " << m.plastic_work << " J, kinetic "
+                  << m.kinetic_energy << " J");
+    CHECK(m.plastic_work > 0.3 * work);
+    CHECK(m.elastic_energy + m.kinetic_energy + m.plastic_work == Approx(work).epsilon(0.02));
+  }
+}
+
+TEST_CASE(
+    "plastic work never falls, is none without yielding, and with the numerical loss closes the balance",
+    "[physics][figure]") {
+  Curve curve("collision", "series,time_s,kinetic_J,elastic_J,plastic_J,lost_J,momentum");
+  for (const bool plastic : {false, true}) {
+    SimulationSetup setup;
+    setup.dx = 0.01;
+    setup.gravity = Vec3::Zero();
+    setup.sleep = false;
+    const Material material = plastic ? Material{} : elastic();
+    setup.snow.push_back(ball(Vec3(-0.06, 0, 0), 0.05, setup.dx, material, Vec3(5, 0, 0)));
+    setup.snow.push_back(ball(Vec3(0.06, 0.02, 0), 0.05, setup.dx, material, Vec3(-5, 0, 0)));
+    Simulation simulation(best_kernels(), setup);
+    const Metrics before = simulation.metrics();
+    const double start = energy(before);
+    double last = 0, least = INFINITY, most = 0;  // of what is left of the balance, over `start`
+    for (int frame = 1; frame <= 40; ++frame) {
+      REQUIRE(simulation.advance_to(1e-3 * frame, kNeverStop));
+      const Metrics m = simulation.metrics();
+      CHECK(m.plastic_work >= last);
+      last = m.plastic_work;
+      const double numerical = (start - energy(m) - m.plastic_work) / start;
+      curve.add(plastic ? "snow" : "elastic",
+                {m.time, m.kinetic_energy, m.elastic_energy, m.plastic_work, numerical * start,
+                 (m.momentum - before.momentum).norm() / (before.mass * 5)});
+      CHECK((m.momentum - before.momentum).norm() < 1e-5 * before.mass * 5);
+      least = std::min(least, numerical);
+      most = std::max(most, numerical);
+    }
+    INFO("plastic " << plastic << ": plastic work " << last / start << ", numerical loss " << least << " to "
+                    << most << ", energy at last " << energy(simulation.metrics()) / start);
+    CHECK((plastic ? last > 0.1 * start : last == 0));
+    CHECK(least > -0.005);
+    CHECK(most < 0.35);  // what transfers between particles and grid smooth away
+  }
+}
+
+TEST_CASE("yielding never makes energy: the plastic work of every preset only grows", "[physics]") {
+  for (const Preset& preset : presets()) {
+    INFO(preset.name);
+    SimulationSetup setup;
+    setup.dx = 0.02;
+    setup.snow.push_back(ball(Vec3(0, 0.12, 0), 0.1, setup.dx, preset.material, Vec3(0, -6, 0)));
+    setup.colliders.push_back(plane(Vec3::Zero(), Vec3(0, 1, 0), Contact::separating, 0.3));
+    Simulation simulation(best_kernels(), setup);
+    const double start = energy(simulation.metrics());
+    double last = 0;
+    for (int frame = 1; frame <= 60; ++frame) {
+      simulation.advance_to(1e-3 * frame, kNeverStop);
+      const double now = simulation.metrics().plastic_work;
+      CHECK(now >= last);
+      last = now;
+    }
+    INFO("plastic work " << last / start << ", energy " << energy(simulation.metrics()) / start);
+    CHECK(last > 0);
+    CHECK(last < start - energy(simulation.metrics()));
+  }
 }

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: MIT
+"""The figures of docs/validation.md: expected against measured, from the curves that the physics tests write when FIRN_FIGURES
+names a folder (`./dev figures` runs them). Dashes are the law, colours are measured. Makes docs/figures/validation/*.svg.
+
+usage: validation.py [FOLDER_OF_CURVES]"""
+import csv
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent / "svg"))
+from plot import Plot  # noqa: E402
+
+ROOT = Path(__file__).resolve().parents[2]
+OUT = ROOT / "docs/figures/validation"
+
+
+def read(path):
+    """{series: {column: numbers}}, in the order of the file."""
+    table = {}
+    with open(path, newline="") as lines:
+        for row in csv.DictReader(lines):
+            of_series = table.setdefault(row.pop("series"), {})
+            for name, value in row.items():
+                of_series.setdefault(name, []).append(float(value))
+    return table
+
+
+def against_law(plot, table, x, y, expected, draw=Plot.points):
+    for ink, (name, of) in enumerate(table.items()):
+        plot.law(of[x], of[expected], None if ink else "expected")
+        draw(plot, of[x], of[y], ink, name.replace("mu", "\N{GREEK SMALL LETTER MU}"))
+    return plot
+
+
+def bar(table):
+    of = table["bar"]
+    plot = Plot("Bar of 1 m between rollers, let go in its lowest mode", "time (s)", "mean velocity (mm/s)")
+    plot.law(of["time_s"], [1e3 * v for v in of["expected_m_s"]], "cos(2\N{GREEK SMALL LETTER PI} t c_p / 4L)")
+    plot.points(of["time_s"][::8], [1e3 * v for v in of["velocity_m_s"][::8]], 0, "measured")
+    return plot
+
+
+def free_fall(table):
+    return against_law(Plot("Ball in free fall", "time (s)", "fallen (m)"), table, "time_s", "fallen_m", "expected_m")
+
+
+def self_weight(table):
+    plot = Plot("Column of 1 m under its own weight", "height as placed (m)", "displacement (mm)")
+    for ink, (name, of) in enumerate(table.items()):
+        plot.law(of["height_m"], [1e3 * u for u in of["expected_m"]], None if ink else "expected", ink)
+        plot.points(of["height_m"][ink::3], [1e3 * u for u in of["displacement_m"][ink::3]], ink, name)
+    return plot
+
+
+def incline(table):
+    return against_law(Plot("Block on a slope of 20\N{DEGREE SIGN}, tan = 0.364", "time (s)", "speed gained (m/s)"), table, "time_s",
+                       "speed_m_s", "expected_m_s")
+
+
+def yield_depth(table):
+    of = table["snow"]
+    plot = Plot("Deep snow: where its own weight first makes it yield", "depth as placed (m)", "compression (%)")
+    percent = {name: [100 * value for value in values] for name, values in of.items()}
+    plot.law(of["depth_m"], percent["expected"], "elastic, expected")
+    plot.points(of["depth_m"], percent["compression"], 0, "elastic")
+    plot.line(of["depth_m"], percent["packing"], 1, "plastic, 1 \N{MINUS SIGN} Jp")
+    return plot
+
+
+def cone(table):
+    plot = Plot("Cones of grains of 25\N{DEGREE SIGN} and 32\N{DEGREE SIGN}, as placed and at rest", "distance from the axis (m)",
+                "height (m)", (0, 0.2), (0, 0.13))
+    for ink, (name, of) in enumerate(table.items()):
+        plot.law(of["radius_m"], of["start_m"], None if ink else "as placed", ink)
+        angle, start = name.split(" from ")
+        plot.line(of["radius_m"], of["height_m"], ink,
+                  f"{angle}\N{DEGREE SIGN}: {start} \N{RIGHTWARDS ARROW} {of['found_degrees'][0]:.1f}\N{DEGREE SIGN}")
+    return plot
+
+
+def columns(tables):
+    plot = Plot("Columns of grains: how far they run out", "aspect ratio a = height / length", "run-out / length or radius", (0, 5.4), (0, 8))
+    aspects = [0.05 * k for k in range(1, 108)]
+
+    def add(label, law, table, ink):
+        expected = [law(a) for a in aspects]
+        plot.band(aspects, [0.8 * e for e in expected], [1.2 * e for e in expected], "\N{PLUS-MINUS SIGN} 20 %", ink)
+        plot.law(aspects, expected, "laboratory", ink)
+        for of in table.values():
+            plot.points(of["aspect"], of["run_out"], ink, label)
+
+    add("channel, 33\N{DEGREE SIGN}", lambda a: 1.2 * a if a < 2.3 else 1.9 * a ** (2 / 3), tables["channel_column"], 0)
+    add("round, 30\N{DEGREE SIGN}", lambda a: 1.24 * a if a < 1.7 else 1.6 * a ** 0.5, tables["round_column"], 1)
+    return plot
+
+
+def collision(table):
+    of = table["snow"]
+    plot = Plot("Two balls of snow collide: where the energy goes", "time (ms)", "energy (J)")
+    time = [1e3 * t for t in of["time_s"]]
+    names = {"kinetic_J": "kinetic", "elastic_J": "elastic", "plastic_J": "plastic work", "lost_J": "lost in transfers"}
+    total = [sum(of[name][k] for name in names) for k in range(len(time))]
+    plot.law(time, total, "sum of all")
+    for ink, (name, label) in enumerate(names.items()):
+        plot.line(time, of[name], ink, label)
+    return plot
+
+
+def momentum(table):
+    minus_eight = "10\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT EIGHT}"
+    plot = Plot("Two balls collide: change of momentum over mass \N{MULTIPLICATION SIGN} 5 m/s, allowed 1000", "time (ms)",
+                f"change ({minus_eight})")
+    for ink, (name, of) in enumerate(table.items()):
+        plot.line([1e3 * t for t in of["time_s"]], [1e8 * p for p in of["momentum"]], ink, name)
+    return plot
+
+
+def packing(table):
+    of = table["fresh"]
+    plot = Plot("A plate packs fresh snow by a fifth", "time (s)", "energy (J)")
+    plot.law(of["time_s"], of["work_J"], "work of the plate")
+    plot.points(of["time_s"], [e + p for e, p in zip(of["elastic_J"], of["plastic_J"])], 0, "elastic + plastic")
+    plot.line(of["time_s"], of["plastic_J"], 1, "plastic work")
+    plot.line(of["time_s"], of["elastic_J"], 2, "elastic energy")
+    return plot
+
+
+def presets(table):
+    plot = Plot("Balls thrown at the ground with 6 m/s: total energy", "time (ms)", "energy / start", (0, 80), (0, 1.05))
+    plot.law([0, 80], [1.005, 1.005], "bound of the test")
+    for ink, (name, of) in enumerate(table.items()):
+        plot.line([1e3 * t for t in of["time_s"]], of["energy"], ink, name)
+    return plot
+
+
+def weight(table):
+    plot = Plot("A block dropped by a cell and a half: what the ground bears", "time (s)", "force / weight")
+    of = table["may sleep"]
+    plot.law([0, of["time_s"][-1]], [1, 1], "its weight")
+    plot.line(of["time_s"], of["force_of_weight"], 0, "mean of 20 ms")
+    asleep = [k for k, part in enumerate(of["asleep"]) if part == 1]
+    plot.points([of["time_s"][k] for k in asleep], [of["force_of_weight"][k] for k in asleep], 1, "asleep")
+    return plot
+
+
+def main(folder):
+    curves = {path.stem: read(path) for path in sorted(Path(folder).glob("*.csv"))}
+    OUT.mkdir(exist_ok=True)
+    for name, draw in (("bar", bar), ("free_fall", free_fall), ("self_weight", self_weight), ("incline", incline), ("cone", cone),
+                       ("yield_depth", yield_depth), ("collision", collision), ("packing", packing), ("presets", presets),
+                       ("weight", weight)):
+        draw(curves[name]).save(OUT / f"{name}.svg")
+    momentum(curves["collision"]).save(OUT / "momentum.svg")
+    columns(curves).save(OUT / "columns.svg")
+    print(f"{OUT.relative_to(ROOT)}: {len(list(OUT.glob('*.svg')))} figures")
+
+
+if __name__ == "__main__":
+    source = Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "build/figures")
+    if not list(source.glob("*.csv")):
+        sys.exit(f"no curves in {source}: run ./dev figures")
+    main(source)

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// What a test measures, as a table for the figures of docs/validation.md: one file a curve in the folder that
+// FIRN_FIGURES names, nothing where it is not set. `./dev figures` sets it and runs the tests tagged
+// [figure].
+#pragma once
+#include <cstdlib>
+#include <fstream>
+#include <initializer_list>
+#include <string>
+
+namespace firn::test {
+
+class Curve {
+ public:
+  // columns: the header line, units in the names; the first column is the series that a row belongs to.
+  Curve(const std::string& name, const std::string& columns) {
+    const char* folder = std::getenv("FIRN_FIGURES");
+    if (folder == nullptr) return;
+    out_.open(std::string(folder) + "/" + name + ".csv");
+    out_.precision(9);
+    out_ << columns << '\n';
+  }
+
+  void add(const std::string& series, std::initializer_list<double> values) {
+    if (!out_.is_open()) return;
+    out_ << series;
+    for (const double value : values) out_ << ',' << value;
+    out_ << '\n';
+  }
+
+ private:
+  std::ofstream out_;
+};
+
+}  // namespace firn::test
