@@ -99,15 +99,16 @@ void Simulation::State::wake_beside_colliders() {
   if (woken) find_active();
 }
 
-// dv/dt = -k |v| v over a step is v / (1 + dt k |v|). On particles, not on nodes: snow of several objects may
-// share a node. It is quadratic, so snow that creeps in a heap does not feel it.
+// dv/dt = -k |v| v. With x = dt k |v|, what is left of v is 1 - x to second order, so that with this step's
+// gravity the fall ends at the terminal velocity, and never less than nothing, however long the step. On
+// particles, not on nodes: snow of several objects may share a node.
 void Simulation::State::brake_in_air(double dt) {
   const kernels::ParticleView p = particles.view();
   parallel_for(active.awake().size(), 1, [&](std::size_t n) {
     const kernels::ParticleRange range = range_of(blocks, active.awake()[n]);
     for (std::size_t i = range.begin; i < range.end; ++i) {
       const float speed = std::sqrt(p.v[0][i] * p.v[0][i] + p.v[1][i] * p.v[1][i] + p.v[2][i] * p.v[2][i]);
-      const float kept = 1 / (1 + static_cast<float>(dt) * air_drag[p.object[i]] * speed);
+      const float x = static_cast<float>(dt) * air_drag[p.object[i]] * speed, kept = 1 / (1 + x + x * x);
       for (float* v : p.v) v[i] *= kept;
     }
   });
