@@ -42,6 +42,16 @@ Motion::Motion(std::vector<MotionKey> keys, const Vec3& pivot) : keys_(std::move
   }
 }
 
+Motion Motion::seen_from(const Pose& frame) const {
+  if (empty()) return {};
+  const Mat3 to_local = frame.rotation.transpose();
+  std::vector<MotionKey> keys;
+  for (const MotionKey& key : keys_) {
+    keys.push_back({key.time, to_local * key.shift, to_local * key.rotation * frame.rotation});
+  }
+  return {std::move(keys), frame.to_local(pivot_)};
+}
+
 std::size_t Motion::key_before(double time) const {
   const auto after = std::upper_bound(keys_.begin(), keys_.end(), time,
                                       [](double t, const MotionKey& key) { return t < key.time; });

@@ -33,6 +33,9 @@ class Motion {
   // `keys` in ascending order of time. The pivot (m) is where the rotations turn about, before any shift.
   Motion(std::vector<MotionKey> keys, const Vec3& pivot);
 
+  // The same motion in the coordinates of a frame that stands still.
+  Motion seen_from(const Pose& frame) const;
+
   bool empty() const { return keys_.empty(); }
   Pose pose(const Pose& placed, double time) const;
 

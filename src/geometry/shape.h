@@ -43,6 +43,9 @@ struct Pose {
   Vec3 translation = Vec3::Zero();   // m
   Vec3 to_world(const Vec3& local) const { return rotation * local + translation; }
   Vec3 to_local(const Vec3& world) const { return rotation.transpose() * (world - translation); }
+  Pose to_local(const Pose& world) const {
+    return {rotation.transpose() * world.rotation, to_local(world.translation)};
+  }
 };
 
 struct Shape {

@@ -22,8 +22,10 @@ Mat3 matrix_at(float* const (&columns)[9], std::size_t i) {
   return m;
 }
 
-Vec3 world_position(const kernels::ParticleView& p, const BlockCoord& block, std::size_t i, double dx) {
-  return world_in_block(block, Vec3(p.x[0][i], p.x[1][i], p.x[2][i]) / kernels::kOneCell, dx);
+// m, in the simulation's frame.
+Vec3 position(const Simulation::State& s, const BlockCoord& block, std::size_t i) {
+  const kernels::ParticleView p = s.particles.view();
+  return world_in_block(block, Vec3(p.x[0][i], p.x[1][i], p.x[2][i]) / kernels::kOneCell, s.setup.dx);
 }
 
 double volume_as_placed(const Simulation::State& s, std::size_t i) {
@@ -39,15 +41,16 @@ void add_particle(const Simulation::State& s, const BlockCoord& block, std::size
                   Metrics& m) {
   const kernels::ParticleView p = s.particles.view();
   const double dx = s.setup.dx, mass = p.m[i];
-  const Vec3 x = world_position(p, block, i, dx);
-  const Vec3 v(p.v[0][i], p.v[1][i], p.v[2][i]);
+  const Vec3 local(p.v[0][i], p.v[1][i], p.v[2][i]), x = point_in_world(s.setup.frame, position(s, block, i));
+  const Vec3 v = vector_in_world(s.setup.frame, local);
   const Mat3 b = matrix_at(p.C, i) * (mass * dx * dx / 4);  // sum w m v_i (x_i - x_p)^T
   m.mass += mass;
   m.momentum += mass * v;
-  m.angular_momentum += mass * x.cross(v) + Vec3(b(2, 1) - b(1, 2), b(0, 2) - b(2, 0), b(1, 0) - b(0, 1));
+  const Vec3 affine(b(2, 1) - b(1, 2), b(0, 2) - b(2, 0), b(1, 0) - b(0, 1));
+  m.angular_momentum += mass * x.cross(v) + vector_in_world(s.setup.frame, affine);
   m.kinetic_energy += 0.5 * mass * v.squaredNorm();
   m.elastic_energy += volume_as_placed(s, i) * energy_density;
-  m.potential_energy -= mass * s.setup.gravity.dot(x);
+  m.potential_energy -= mass * vector_in_world(s.setup.frame, s.setup.gravity).dot(x);
   m.volume += volume_now(s, i);
   m.max_speed = std::max(m.max_speed, v.norm());
   m.bounds.include(x);
@@ -79,12 +82,12 @@ BlockCoord middle_block(const std::vector<BlockCoord>& blocks) {
 // What is told of the whole snow at once, particle by particle.
 void add_percentiles(const Simulation::State& s, Metrics& m) {
   const kernels::ParticleView p = s.particles.view();
-  const Vec3 direction = front_direction(s.setup);
   std::vector<float> density(s.particles.size()), run(s.particles.size());
   parallel_for(s.blocks.size(), 4, [&](std::size_t b) {
     for (std::size_t i = s.blocks.begin[b]; i < s.blocks.begin[b + 1]; ++i) {
       density[i] = static_cast<float>(p.m[i] / volume_now(s, i));
-      run[i] = static_cast<float>(direction.dot(world_position(p, s.blocks.coord[b], i, s.setup.dx)));
+      const Vec3 x = point_in_world(s.setup.frame, position(s, s.blocks.coord[b], i));
+      run[i] = static_cast<float>(s.front.dot(x));
     }
   });
   // Side by side: each is a sum over the particles in their order, too short to be worth cutting.
@@ -131,7 +134,8 @@ Metrics Simulation::metrics() const {
   all.step = s.last_step;
   all.plastic_work = s.plastic_work;
   for (std::size_t k = 0; k < s.setup.colliders.size(); ++k) {
-    all.contacts.push_back({s.setup.colliders[k].name, s.forces.mean(k, s.time)});
+    all.contacts.push_back(
+        {s.setup.colliders[k].name, vector_in_world(s.setup.frame, s.forces.mean(k, s.time))});
   }
   return all;
 }
@@ -142,16 +146,17 @@ void Simulation::snapshot(Snapshot& out) const {
   const BlockCoord origin = middle_block(s.blocks.coord);
   out.time = s.time;
   out.dx = s.setup.dx;
-  out.origin = world_in_block(origin, Vec3::Zero(), s.setup.dx);
+  out.origin = point_in_world(s.setup.frame, world_in_block(origin, Vec3::Zero(), s.setup.dx));
   out.resize(s.particles.size());
   parallel_for(s.blocks.size(), 4, [&](std::size_t b) {
     const BlockCoord& c = s.blocks.coord[b];
     const BlockCoord relative{c.x - origin.x, c.y - origin.y, c.z - origin.z};
     for (std::size_t i = s.blocks.begin[b]; i < s.blocks.begin[b + 1]; ++i) {
-      const Vec3 x = world_position(p, relative, i, s.setup.dx);
+      const Vec3 x = vector_in_world(s.setup.frame, position(s, relative, i));
+      const Vec3 v = vector_in_world(s.setup.frame, Vec3(p.v[0][i], p.v[1][i], p.v[2][i]));
       for (int axis = 0; axis < 3; ++axis) {
         out.x[axis][i] = static_cast<float>(x[axis]);
-        out.v[axis][i] = p.v[axis][i];
+        out.v[axis][i] = static_cast<float>(v[axis]);
       }
       out.density[i] = static_cast<float>(p.m[i] / volume_now(s, i));
       out.volume0[i] = static_cast<float>(volume_as_placed(s, i));

@@ -82,6 +82,17 @@ kernels::MaterialParams material_params(const Material& m) {
   return out;
 }
 
+// Quadratic drag -k |v| v that balances gravity at the terminal velocity. Without gravity nothing has one.
+std::vector<float> air_drag(const SimulationSetup& setup) {
+  std::vector<float> drag;
+  for (const PlacedSnow& snow : setup.snow) {
+    const double v = snow.terminal_velocity.value_or(HUGE_VAL);
+    drag.push_back(static_cast<float>(setup.gravity.norm() / (v * v)));
+  }
+  const bool any = std::any_of(drag.begin(), drag.end(), [](float k) { return k > 0; });
+  return any ? drag : std::vector<float>();
+}
+
 LatticePoint to_lattice(const Vec3& world, double dx) {
   const auto fixed = [dx](double w) {
     const double cells = std::clamp(w / dx, -1e9, 1e9);
@@ -212,6 +223,7 @@ void place_particles(Simulation::State& state) {
   read_budget(state);
   state.rest = rest_limits(state.setup);
   for (const PlacedSnow& snow : state.setup.snow) state.materials.push_back(material_params(snow.material));
+  state.air_drag = air_drag(state.setup);
   fill_columns(state);
 }
 

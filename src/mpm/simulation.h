@@ -41,6 +41,8 @@ struct PlacedSnow {
   std::vector<Vec3> velocity;  // m/s (linear + spin)
   std::vector<float> packing;  // plastic volume ratio Jp at the start; empty: all 1
   double particle_volume = 0;  // m^3
+  // m/s; the speed at which still air carries its weight, on each particle alike. Empty: no air.
+  std::optional<double> terminal_velocity;
 
   double particle_mass() const { return particle_volume * material.density; }  // kg
 };
@@ -54,6 +56,9 @@ struct SimulationSetup {
   std::vector<Collider> colliders;
   // Optional domain box (any pose): particles that leave it leave the simulation and are counted.
   std::optional<Shape> domain;
+  // Where the grid's origin and axes lie in the world; empty: they are the world's. Everything else here, and
+  // all that the simulation tells, is in world coordinates.
+  std::optional<Pose> frame;
   bool check_energy_bound = true;  // the |v| blow-up check
   bool sleep = true;               // leave out snow that has come to rest
 };

@@ -10,6 +10,7 @@
 #include "src/mpm/block_grid.h"
 #include "src/mpm/colliders.h"
 #include "src/mpm/contact_forces.h"
+#include "src/mpm/frame.h"
 #include "src/mpm/simulation.h"
 #include "src/mpm/sleep.h"
 #include "src/particles/blocks.h"
@@ -27,13 +28,18 @@ struct EnergyBudget {
 
 struct Simulation::State {
   State(const kernels::KernelTable& table, SimulationSetup scene)
-      : kernels(table), setup(std::move(scene)), forces(setup.colliders.size()) {}
+      : kernels(table),
+        front(front_direction(scene)),
+        setup(in_frame(std::move(scene))),
+        forces(setup.colliders.size()) {}
 
   const kernels::KernelTable& kernels;
-  SimulationSetup setup;                           // without the placed particles
+  Vec3 front;                                      // world: where metrics look for the front
+  SimulationSetup setup;                           // as seen from its frame, without the placed particles
   std::vector<kernels::MaterialParams> materials;  // index = particle column `object`
   EnergyBudget budget;
-  float mass_floor = 0;  // kg
+  std::vector<float> air_drag;  // 1/m, of each object; empty: none is braked by the air
+  float mass_floor = 0;         // kg
   RestLimits rest{};
 
   ParticleColumns particles;
@@ -69,6 +75,7 @@ struct Simulation::State {
   void sort();
   void rebuild_grid();
   void wake_beside_colliders();
+  void brake_in_air(double dt);
   void particles_to_grid(const kernels::StepParams& params);
   void update_grid(const kernels::StepParams& params);
   void grid_to_particles(const kernels::StepParams& params);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // One step of explicit MLS-MPM:
 //
-//   sort (when a particle has left its block's margin)
+//   sort (when a particle has left its block's margin), drag of the air (where the scene has some)
 //   P2G         particle blocks -> private tiles                     reads x v C F Jp m
 //   grid update tiles -> sums of nodes -> velocity, gravity, contact
 //   G2P         nodes -> v C, then x F Jp, and the maxima that choose the next dt
@@ -97,6 +97,21 @@ void Simulation::State::wake_beside_colliders() {
     blocks.calm[b] = 0;
   }
   if (woken) find_active();
+}
+
+// dv/dt = -k |v| v. With x = dt k |v|, what is left of v is 1 - x to second order, so that with this step's
+// gravity the fall ends at the terminal velocity, and never less than nothing, however long the step. On
+// particles, not on nodes: snow of several objects may share a node.
+void Simulation::State::brake_in_air(double dt) {
+  const kernels::ParticleView p = particles.view();
+  parallel_for(active.awake().size(), 1, [&](std::size_t n) {
+    const kernels::ParticleRange range = range_of(blocks, active.awake()[n]);
+    for (std::size_t i = range.begin; i < range.end; ++i) {
+      const float speed = std::sqrt(p.v[0][i] * p.v[0][i] + p.v[1][i] * p.v[1][i] + p.v[2][i] * p.v[2][i]);
+      const float x = static_cast<float>(dt) * air_drag[p.object[i]] * speed, kept = 1 / (1 + x + x * x);
+      for (float* v : p.v) v[i] *= kept;
+    }
+  });
 }
 
 void Simulation::State::particles_to_grid(const kernels::StepParams& params) {
@@ -206,6 +221,7 @@ void Simulation::State::step(double dt) {
   moving = moving_colliders(setup.colliders, time, time + dt);
   if (!moving.empty()) wake_beside_colliders();
   done("sort");
+  if (!air_drag.empty()) brake_in_air(dt);
   particles_to_grid(params);
   done("p2g");
   update_grid(params);

@@ -35,7 +35,7 @@ double narrowest(const SceneConfig& scene, std::size_t index) {
 PlacedSnow place(const SceneConfig& scene, std::size_t index, const std::vector<Shape>& shapes,
                  double spacing) {
   const SnowConfig& config = scene.snow[index];
-  PlacedSnow snow{config.name, config.material, {}, {}, {}, 0};
+  PlacedSnow snow{config.name, config.material, {}, {}, {}, 0, config.terminal_velocity};
   double total = 0;
   for (std::size_t s = 0; s < shapes.size(); ++s) {
     const Vec3 center = world_bounds(shapes[s]).center();
@@ -177,6 +177,7 @@ SimulationSetup build_simulation(const SceneConfig& scene, bool force) {
   setup.gravity = scene.simulation.gravity;
   setup.fixed_dt = scene.simulation.dt;
   setup.domain = domain_box(scene.simulation);
+  if (setup.domain && !scene.simulation.domain_rotation.isZero(0)) setup.frame = setup.domain->pose;
   setup.sleep = scene.simulation.sleep;
   if (setup.fixed_dt && !force) check_fixed_dt(scene, setup.dx);
   place_colliders(scene, setup);

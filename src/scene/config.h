@@ -36,8 +36,9 @@ struct ShapeConfig {
 struct SnowConfig {
   std::string name;
   ShapeConfig shape;
-  Vec3 velocity = Vec3::Zero();  // m/s
-  Vec3 spin = Vec3::Zero();      // rad/s about the shape's centre
+  Vec3 velocity = Vec3::Zero();             // m/s
+  Vec3 spin = Vec3::Zero();                 // rad/s about the shape's centre
+  std::optional<double> terminal_velocity;  // m/s
   std::optional<std::string> preset;
   Material material;
   std::optional<double> mu,

@@ -53,7 +53,8 @@ TableSpec simulation_table() {
   t.key("domain_max", &S::domain_max,
         {.unit = "m", .absent = "no box", .meaning = "upper corner of that box"});
   t.key("domain_rotation", &S::domain_rotation,
-        {.unit = "degrees", .meaning = "turns that box about x, then y, then z, about its centre"});
+        {.unit = "degrees",
+         .meaning = "turns that box about x, then y, then z, about its centre, and the grid with it"});
   t.key("sleep", &S::sleep,
         {.meaning = "leave out blocks of snow that have come to rest, until something moves beside them"});
   t.key("seed", &S::seed,
@@ -138,6 +139,13 @@ TableSpec snow_table() {
          .meaning = "flakes: small balls of snow scattered in the region, apart from one another"});
   t.key("velocity", &SnowConfig::velocity, {.unit = "m/s", .meaning = "at the start"});
   t.key("spin", &SnowConfig::spin, {.unit = "rad/s", .meaning = "at the start, about the shape's centre"});
+  t.key(
+      "terminal_velocity", &SnowConfig::terminal_velocity,
+      {.unit = "m/s",
+       .range = above(0),
+       .absent = "no air",
+       .meaning = "speed at which the drag of still air carries its weight, of every particle as if it flew "
+                  "alone: about 1 for flakes, 30 for a ball as large as a fist"});
   KeySpec& preset = t.key("preset", &SnowConfig::preset,
                           {.choices = preset_names(),
                            .absent = "fresh",

@@ -50,6 +50,10 @@ struct Checker {
     if (s.domain_min && (s.domain_min->array() >= s.domain_max->array()).any()) {
       refuse("simulation", "domain_max", "domain_max is not above domain_min in every axis");
     }
+    if (!s.domain_min && !s.domain_rotation.isZero(0)) {
+      refuse("simulation", "domain_rotation",
+             "'domain_rotation' turns the domain's box: give domain_min and domain_max too");
+    }
   }
 
   void moduli(const std::string& table, const SnowConfig& snow) const {

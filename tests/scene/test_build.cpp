@@ -78,6 +78,15 @@ TEST_CASE("a domain is a box about the middle of its corners") {
   CHECK(signed_distance(*setup.domain, Vec3(0, 1.5, 0)) == Approx(0.5));
 }
 
+TEST_CASE("the grid follows a domain that is turned, and stays the world's in one that is not") {
+  const std::string box = "[simulation]\ndomain_min = [-1, -2, -1]\ndomain_max = [3, 2, 1]\n";
+  CHECK_FALSE(build_simulation(read(kBall + box)).frame);
+  const SimulationSetup setup = build_simulation(read(kBall + box + "domain_rotation = [0, 0, -30]"));
+  REQUIRE(setup.frame);
+  CHECK((setup.frame->to_world(Vec3::Zero()) - Vec3(1, 0, 0)).norm() < 1e-12);
+  CHECK((setup.frame->rotation * Vec3::UnitX() - Vec3(std::sqrt(0.75), -0.5, 0)).norm() < 1e-12);
+}
+
 TEST_CASE("a quad light shines along its direction or along edge_u x edge_v") {
   const SceneConfig scene = read(kBall +
                                  "[[light]]\ntype = \"quad\"\ncenter = [0, 3, 0]\nwidth = 2\nheight = 1\n"

@@ -43,6 +43,18 @@ TEST_CASE("a motion stands before its first and after its last key and goes even
   CHECK((last.rotation - turned(1.9, Vec3(1, 2, 3)) * placed().rotation).norm() < 1e-12);
 }
 
+TEST_CASE("a motion seen from another frame leads to the same places in the world") {
+  const Pose frame{turned(-1.1, Vec3(1, -2, 0.5)), Vec3(4, -3, 2)};
+  const Motion seen = some_motion().seen_from(frame);
+  for (const double time : {0.0, 1.7, 3.0, 3.6, 9.0}) {
+    const Pose expected = some_motion().pose(placed(), time);
+    const Pose local = seen.pose(frame.to_local(placed()), time);
+    CHECK((frame.to_world(local.translation) - expected.translation).norm() < 1e-12);
+    CHECK((frame.rotation * local.rotation - expected.rotation).norm() < 1e-12);
+  }
+  CHECK(Motion{}.seen_from(frame).empty());
+}
+
 TEST_CASE("the velocity of a motion is what its pose changes by") {
   const Motion motion = some_motion();
   const Vec3 point(0.3, -0.2, 0.7);  // of the body

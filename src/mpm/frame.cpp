@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#include "src/mpm/frame.h"
+
+#include "src/core/parallel.h"
+
+namespace firn {
+
+SimulationSetup in_frame(SimulationSetup setup) {
+  if (!setup.frame) return setup;
+  const Pose& frame = *setup.frame;
+  const Mat3 to_local = frame.rotation.transpose();
+  setup.gravity = to_local * setup.gravity;
+  for (PlacedSnow& snow : setup.snow) {
+    parallel_for(snow.position.size(), 4096, [&](std::size_t i) {
+      snow.position[i] = frame.to_local(snow.position[i]);
+      snow.velocity[i] = to_local * snow.velocity[i];
+    });
+  }
+  for (Collider& collider : setup.colliders) {
+    collider.shape.pose = frame.to_local(collider.shape.pose);
+    collider.motion = collider.motion.seen_from(frame);
+  }
+  if (setup.domain) setup.domain->pose = frame.to_local(setup.domain->pose);
+  return setup;
+}
+
+}  // namespace firn

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT
+// Drag of still air: snow with a terminal velocity falls as flakes do.
+#include <sstream>
+
+#include "src/core/error.h"
+#include "tests/catch.h"
+#include "tests/physics/snow.h"
+
+using namespace firn;
+using namespace firn::test;
+
+namespace {
+
+constexpr double kDx = 0.012;
+
+Material flaky() {
+  Material m;
+  m.density = 80;
+  m.young_modulus = 6e3;
+  return m;
+}
+
+PlacedSnow flake(const Vec3& center, std::optional<double> terminal_velocity,
+                 const Vec3& velocity = Vec3::Zero()) {
+  PlacedSnow snow = ball(center, 0.014, kDx, flaky(), velocity);
+  snow.terminal_velocity = terminal_velocity;
+  return snow;
+}
+
+SimulationSetup in_the_air(PlacedSnow snow) {
+  SimulationSetup setup;
+  setup.dx = kDx;
+  setup.snow.push_back(std::move(snow));
+  return setup;
+}
+
+Vec3 mean_velocity(const Metrics& m) { return m.momentum / m.mass; }
+
+}  // namespace
+
+TEST_CASE("a flake that falls from rest gains v_t tanh(g t / v_t) and ends at v_t", "[physics]") {
+  for (const double terminal : {0.25, 1.0, 4.0}) {
+    Simulation simulation(best_kernels(), in_the_air(flake(Vec3::Zero(), terminal)));
+    const double start = simulation.metrics().bounds.center().y();
+    for (const double share : {0.1, 0.3, 1.0, 3.0, 6.0}) {  // of the time v_t / g
+      simulation.advance_to(share * terminal / 9.81, kNeverStop);
+      INFO(terminal << " m/s, " << share);
+      CHECK(mean_velocity(simulation.metrics()).y() == Approx(-terminal * std::tanh(share)).epsilon(0.01));
+    }
+    const Bounds bounds = simulation.metrics().bounds;  // the way is v_t^2/g ln cosh
+    CHECK(bounds.center().y() - start ==
+          Approx(-terminal * terminal / 9.81 * std::log(std::cosh(6.0))).epsilon(0.01));
+  }
+}
+
+TEST_CASE("a flake thrown down or aside ends at its terminal velocity, straight down", "[physics]") {
+  for (const Vec3& thrown : {Vec3(0, -5, 0), Vec3(4, 3, -2)}) {
+    Simulation simulation(best_kernels(), in_the_air(flake(Vec3::Zero(), 1.0, thrown)));
+    simulation.advance_to(1.0, kNeverStop);
+    CHECK((mean_velocity(simulation.metrics()) - Vec3(0, -1, 0)).norm() < 0.01);
+  }
+}
+
+TEST_CASE("each snow object has its own terminal velocity, and one without falls as in a vacuum",
+          "[physics]") {
+  SimulationSetup setup = in_the_air(flake(Vec3(0, 0, 0), 1.0));
+  setup.snow.push_back(flake(Vec3(0.5, 0, 0), std::nullopt));
+  setup.snow.push_back(flake(Vec3(1.0, 0, 0), 2.0));
+  Simulation simulation(best_kernels(), setup);
+  simulation.advance_to(0.4, kNeverStop);
+  Snapshot snapshot;
+  simulation.snapshot(snapshot);
+  const double expected[] = {-std::tanh(0.4 * 9.81), -0.4 * 9.81, -2 * std::tanh(0.4 * 9.81 / 2)};
+  for (std::size_t i = 0; i < snapshot.size(); ++i) {
+    CHECK(snapshot.v[1][i] == Approx(expected[snapshot.object[i]]).epsilon(0.01));
+  }
+}
+
+TEST_CASE("a saved state does not load into a scene with another terminal velocity", "[physics]") {
+  Simulation simulation(best_kernels(), in_the_air(flake(Vec3::Zero(), 1.0)));
+  std::stringstream saved;
+  simulation.save(saved);
+  CHECK_THROWS_AS(Simulation(best_kernels(), in_the_air(flake(Vec3::Zero(), 2.0))).load(saved), Error);
+}
+
+TEST_CASE("with air, in a turned domain, the bits are the same for 1 and 3 threads on x86-64-v3 and v4",
+          "[physics]") {
+  SimulationSetup setup = in_the_air(flake(Vec3(0, 0.06, 0), 1.0, Vec3(0, -3, 0)));
+  setup.snow.push_back(flake(Vec3(0.01, 0.1, 0.01), 3.0, Vec3(0, -4, 0)));  // overtakes the first
+  setup.colliders.push_back(plane(Vec3::Zero(), Vec3(0.2, 1, 0), Contact::separating, 0.3));
+  setup.frame =
+      Pose{Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix(), Vec3(0.1, 0.2, 0.3)};
+  std::uint64_t expected = 0;
+  const auto tables = supported_kernels();
+  for (std::size_t t = 1; t < tables.size(); ++t) {
+    for (const int threads : {1, 3}) {
+      tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                static_cast<std::size_t>(threads));
+      tbb::task_arena arena(threads);
+      arena.execute([&] {
+        Simulation simulation(*tables[t], setup);
+        simulation.advance_to(0.1, kNeverStop);
+        if (expected == 0) expected = simulation.state_hash();
+        INFO(tables[t]->isa << ", " << threads << " threads");
+        CHECK(simulation.state_hash() == expected);
+      });
+    }
+  }
+}
