@@ -39,10 +39,10 @@ std::uint64_t fingerprint(const Simulation::State& s) {
     for (const std::uint32_t word : words) h = hash_keys(h, word);
   }
   for (const Collider& collider : setup.colliders) h = collider.motion.hash(h);
-  for (const float drag : s.air_drag) h = hash_keys(h, bits_of(drag));
+  for (const float drag : s.air_drag) h = hash_keys(h, key_of(drag));
   if (setup.frame) {
-    for (int k = 0; k < 9; ++k) h = hash_keys(h, bits_of(setup.frame->rotation(k / 3, k % 3)));
-    for (int axis = 0; axis < 3; ++axis) h = hash_keys(h, bits_of(setup.frame->translation[axis]));
+    for (int k = 0; k < 9; ++k) h = hash_keys(h, key_of(setup.frame->rotation(k / 3, k % 3)));
+    for (int axis = 0; axis < 3; ++axis) h = hash_keys(h, key_of(setup.frame->translation[axis]));
   }
   return hash_keys(h, setup.colliders.size(), setup.domain.has_value(), setup.sleep);
 }
