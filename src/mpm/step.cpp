@@ -105,7 +105,7 @@ void Simulation::State::wake_beside_colliders() {
 void Simulation::State::brake_in_air(double dt) {
   const kernels::ParticleView p = particles.view();
   parallel_for(active.awake().size(), 1, [&](std::size_t n) {
-    const kernels::ParticleRange range = range_of(blocks, active.awake()[n]);
+    const kernels::ParticleRange range = range_of(active.awake()[n]);
     for (std::size_t i = range.begin; i < range.end; ++i) {
       const float speed = std::sqrt(p.v[0][i] * p.v[0][i] + p.v[1][i] * p.v[1][i] + p.v[2][i] * p.v[2][i]);
       const float x = static_cast<float>(dt) * air_drag[p.object[i]] * speed, kept = 1 / (1 + x + x * x);
