@@ -3,17 +3,12 @@
 // columns of rays. Versions 3 and 4 differ in how a call says that its rays are coherent, and 4 has no
 // streams.
 #pragma once
-#if FIRN_EMBREE == 4
-#include <embree4/rtcore.h>
-#else
-#include <embree3/rtcore.h>
-#endif
-
 #include <atomic>
 #include <cstddef>
 #include <string>
 #include <vector>
 
+#include "bench/rtcore.h"
 #include "bench/tracer.h"
 
 namespace firn::bench {
