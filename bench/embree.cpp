@@ -18,7 +18,6 @@ constexpr float kOccluded = -std::numeric_limits<float>::infinity();  // tfar of
 
 // Calls that differ between the versions.
 #if RTC_VERSION_MAJOR >= 4
-constexpr bool kStreams = false;
 struct Query {
   RTCIntersectArguments closest;
   RTCOccludedArguments any;
@@ -44,10 +43,7 @@ void occluded(RTCScene s, Query& q, const int* valid, RTCRayNt<8>& r) {
 void occluded(RTCScene s, Query& q, const int* valid, RTCRayNt<16>& r) {
   rtcOccluded16(valid, s, reinterpret_cast<RTCRay16*>(&r), &q.any);
 }
-void intersect_stream(RTCScene, Query&, const RTCRayHitNp&, unsigned) {}
-void occluded_stream(RTCScene, Query&, const RTCRayNp&, unsigned) {}
 #else
-constexpr bool kStreams = true;
 struct Query {
   RTCIntersectContext context;
   explicit Query(bool coherent) {
@@ -69,28 +65,33 @@ void occluded(RTCScene s, Query& q, const int* valid, RTCRayNt<8>& r) {
 void occluded(RTCScene s, Query& q, const int* valid, RTCRayNt<16>& r) {
   rtcOccluded16(valid, s, &q.context, reinterpret_cast<RTCRay16*>(&r));
 }
-void intersect_stream(RTCScene s, Query& q, const RTCRayHitNp& r, unsigned n) {
-  rtcIntersectNp(s, &q.context, &r, n);
-}
-void occluded_stream(RTCScene s, Query& q, const RTCRayNp& r, unsigned n) {
-  rtcOccludedNp(s, &q.context, &r, n);
-}
 #endif
 
 // How rays are handed over.
-enum class Call { single, packet8, packet16, stream };
+enum class Call {
+  single,
+  packet8,
+  packet16,
+#if RTC_VERSION_MAJOR < 4
+  stream,
+#endif
+};
 struct Way {
   Call call;
   bool coherent;
   const char* name;
 };
-constexpr Way kWays[] = {{Call::single, false, "rtcIntersect1"},
-                         {Call::packet8, false, "rtcIntersect8"},
-                         {Call::packet16, false, "rtcIntersect16"},
-                         {Call::packet8, true, "rtcIntersect8, coherent"},
-                         {Call::packet16, true, "rtcIntersect16, coherent"},
-                         {Call::stream, false, "rtcIntersectNp"},
-                         {Call::stream, true, "rtcIntersectNp, coherent"}};
+constexpr Way kWays[] = {
+    {Call::single, false, "rtcIntersect1"},
+    {Call::packet8, false, "rtcIntersect8"},
+    {Call::packet16, false, "rtcIntersect16"},
+    {Call::packet8, true, "rtcIntersect8, coherent"},
+    {Call::packet16, true, "rtcIntersect16, coherent"},
+#if RTC_VERSION_MAJOR < 4
+    {Call::stream, false, "rtcIntersectNp"},
+    {Call::stream, true, "rtcIntersectNp, coherent"},
+#endif
+};
 
 void load(const RayView& rays, std::size_t i, RTCRay& ray) {
   ray = {rays.origin[0][i],
@@ -163,6 +164,8 @@ void trace_packets(RTCScene scene, Query& query, bool any, const RayView& rays, 
   }
 }
 
+#if RTC_VERSION_MAJOR < 4
+
 // Columns that a stream needs beside the rays'. One for each thread.
 struct StreamColumns {
   std::vector<float> zero, far, normal[3], u, v;
@@ -198,7 +201,7 @@ void trace_stream(RTCScene scene, Query& query, bool any, const RayView& rays, s
   if (any) {
     std::copy(rays.t + begin, rays.t + end, c.far.begin());
     r.ray.tfar = c.far.data();
-    occluded_stream(scene, query, r.ray, static_cast<unsigned>(count));
+    rtcOccludedNp(scene, &query.context, &r.ray, static_cast<unsigned>(count));
     for (std::size_t i = 0; i < count; ++i) rays.hit[begin + i] = c.far[i] == kOccluded ? 0 : kNoHit;
     return;
   }
@@ -206,11 +209,13 @@ void trace_stream(RTCScene scene, Query& query, bool any, const RayView& rays, s
            c.v.data(),         rays.hit + begin,   c.geometry.data(),  {c.instance.data()}};
   std::fill_n(c.geometry.begin(), count, RTC_INVALID_GEOMETRY_ID);
   std::fill_n(c.instance.begin(), count, RTC_INVALID_GEOMETRY_ID);
-  intersect_stream(scene, query, r, static_cast<unsigned>(count));
+  rtcIntersectNp(scene, &query.context, &r, static_cast<unsigned>(count));
   for (std::size_t i = 0; i < count; ++i) {
     if (c.geometry[i] == RTC_INVALID_GEOMETRY_ID) rays.hit[begin + i] = kNoHit;
   }
 }
+
+#endif
 
 bool count_bytes(void* sum, ssize_t bytes, bool) {
   static_cast<std::atomic<std::ptrdiff_t>*>(sum)->fetch_add(bytes);
@@ -246,9 +251,7 @@ std::string EmbreeScene::version() { return RTC_VERSION_STRING; }
 
 std::vector<std::string> EmbreeScene::ways() {
   std::vector<std::string> names;
-  for (const Way& way : kWays) {
-    if (kStreams || way.call != Call::stream) names.emplace_back(way.name);
-  }
+  for (const Way& way : kWays) names.emplace_back(way.name);
   return names;
 }
 
@@ -263,8 +266,10 @@ void EmbreeScene::trace(std::size_t way, RayKind kind, const RayView& rays, std:
       return trace_packets<8>(scene_, query, any, rays, begin, end);
     case Call::packet16:
       return trace_packets<16>(scene_, query, any, rays, begin, end);
+#if RTC_VERSION_MAJOR < 4
     case Call::stream:
       return trace_stream(scene_, query, any, rays, begin, end);
+#endif
   }
 }
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstdlib>
 
 #include "src/core/error.h"
 #include "src/core/parallel.h"
@@ -13,6 +12,10 @@ namespace firn::bench {
 namespace {
 
 constexpr std::size_t kChunk = 16384;
+// Of a brick, in particle spacings (8 particles a cell). Whole frames are fastest with it: smaller bricks
+// trace up to 5 % faster and take up to twice as long to build, larger ones lose more in tracing than they
+// save.
+constexpr double kEdge = 3.6;
 constexpr std::uint32_t kMostInBrick = (1u << kBrickBallBits) - 1;
 constexpr std::size_t kOverrun = 16;  // floats that loads may read behind the last ball
 
@@ -53,8 +56,7 @@ void EmbreeBricks::lay_out() {
       parts[chunk][3 + a] = high;
     }
   });
-  static const double edge = std::getenv("EDGE") ? std::atof(std::getenv("EDGE")) : 2.2;
-  inv_edge_ = static_cast<float>(1 / (edge * s.dx / 2));
+  inv_edge_ = static_cast<float>(1 / (kEdge * s.dx / 2));
   for (int a = 0; a < 3; ++a) {
     float low = parts[0][a], high = parts[0][3 + a];
     for (const auto& part : parts) {

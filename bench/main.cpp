@@ -31,12 +31,15 @@ constexpr const char* kUsage =
     "  a packed bed at rest and, beside it, the impact of a ball of a tenth of the particles: what a step\n"
     "  costs with sleep and without\n"
     "usage: firn-bench trace [--particles N] [--shape ball|slab] [--radius r] [--threads T]\n"
-    "                        [--order blocks|lattice] [--isa I] [--repeats R] [--json FILE]\n"
+    "                        [--order blocks|lattice] [--isa I] [--repeats R]\n"
+    "                        [--clock wall|cpu] [--json FILE]\n"
     "  a frame of 1024 x 768 pixels of balls of radius r lattice spacings: rebuild, camera rays, a shadow "
     "ray\n"
     "  from each hit that faces the light, a bounce ray from each hit; firn's tracer and, where firn-bench "
     "was\n"
-    "  built with Embree, two ways to do it with Embree; the best of R frames each, taken in turns\n";
+    "  built with Embree, two ways to do it with Embree; the best of R frames each, taken in turns;\n"
+    "  the cpu clock counts what the processors are busy, divided by the threads: for a machine that is "
+    "shared\n";
 
 double positive(const std::string& option, const char* text) {
   char* end = nullptr;
@@ -141,6 +144,7 @@ int trace(int argc, char** argv) {
                    {"--order", word(o.order)},
                    {"--isa", word(o.isa)},
                    {"--repeats", number("--repeats", o.repeats)},
+                   {"--clock", word(o.clock)},
                    {"--json", word(o.json)}};
   options.read(argc, argv);
   return firn::bench::run_trace(o) ? 0 : 1;

@@ -18,6 +18,7 @@
 #include "bench/trace_frame.h"
 #include "bench/trace_scene.h"
 #include "bench/tracer_firn.h"
+#include "src/core/error.h"
 #include "src/core/isa.h"
 
 namespace firn::bench {
@@ -129,10 +130,11 @@ bool agree(const Contender& a, const Contender& b) {
 }
 
 void print(const Json& r) {
-  std::printf("%s: %.0f particles of radius %g in the order of %s, %d threads, %s, %s\n",
+  std::printf("%s: %.0f particles of radius %g in the order of %s, %d threads, %s, %s, %s clock\n",
               r["shape"].get<std::string>().c_str(), r["particles"].get<double>(), r["radius"].get<double>(),
               r["order"].get<std::string>().c_str(), r["threads"].get<int>(),
-              r["isa"].get<std::string>().c_str(), r["machine"]["cpu"].get<std::string>().c_str());
+              r["isa"].get<std::string>().c_str(), r["machine"]["cpu"].get<std::string>().c_str(),
+              r["clock"].get<std::string>().c_str());
   std::printf("%-14s %8s %8s %8s %8s %8s %11s %9s   M rays/s, ms, bytes a particle\n", "", "build", "primary",
               "shadow", "diffuse", "frame", "interactive", "bytes");
   for (const auto& [name, f] : r["tracers"].items()) {
@@ -157,6 +159,13 @@ void print(const Json& r) {
     std::printf("%6.2f  %s\n", ratio.get<double>(), name.c_str());
 }
 
+int busy_threads(const TraceOptions& options) {
+  if (options.clock != "wall" && options.clock != "cpu") {
+    throw Error(ExitCode::usage, "--clock", "'" + options.clock + "' is neither wall nor cpu");
+  }
+  return options.clock == "cpu" ? options.threads : 0;
+}
+
 }  // namespace
 
 bool run_trace(const TraceOptions& options) {
@@ -172,7 +181,7 @@ bool run_trace(const TraceOptions& options) {
   contenders[0].tracer = &firn;
   for (const auto& rival : rivals) contenders.emplace_back().tracer = rival.get();
 
-  TraceFrame frame(scene);
+  TraceFrame frame(scene, busy_threads(options));
   for (Contender& c : contenders) choose_ways(frame, c);
   for (int repeat = 0; repeat < options.repeats; ++repeat) {
     for (Contender& c : contenders) c.bests.add(frame.render(*c.tracer));
@@ -192,6 +201,7 @@ bool run_trace(const TraceOptions& options) {
                  {"order", options.order},
                  {"threads", options.threads},
                  {"isa", kernels.isa},
+                 {"clock", options.clock},
                  {"embree", rivals.empty() ? Json() : Json(rivals_version())}};
   add_provenance(report);
   print(report);

@@ -13,7 +13,8 @@ struct TraceOptions {
   int threads = 2;
   std::string isa = "auto";
   int repeats = 9;
-  std::string json;  // path; empty: none
+  std::string clock = "wall";  // or "cpu": bench/trace_frame.h
+  std::string json;            // path; empty: none
 };
 
 // Times frames of firn's tracer and, where they were compiled, of its rivals, and prints figures and ratios.

@@ -71,14 +71,25 @@ std::size_t RayPacks::size() const {
   return sum;
 }
 
-TraceFrame::TraceFrame(const TraceScene& scene)
-    : scene_(scene), primary_(kPixels), shadow_(kPixels), bounce_(kPixels), cosine_(kPixels), film_(kPixels) {
+TraceFrame::TraceFrame(const TraceScene& scene, int busy_threads)
+    : scene_(scene),
+      busy_threads_(busy_threads),
+      primary_(kPixels),
+      shadow_(kPixels),
+      bounce_(kPixels),
+      cosine_(kPixels),
+      film_(kPixels) {
   for (auto& column : normal_) column.resize(kPixels);
   for (std::size_t i = 0; i < kDirections; ++i) {
     const double z = 2 * uniform_double(hash_keys(kSeed, i, 0)) - 1, r = std::sqrt(1 - z * z);
     const double angle = 2 * std::numbers::pi * uniform_double(hash_keys(kSeed, i, 1));
     sphere_.push_back(Vec3(r * std::cos(angle), r * std::sin(angle), z).cast<float>());
   }
+}
+
+template <class Work>
+double TraceFrame::timed(Work&& work) const {
+  return busy_threads_ > 0 ? cpu_seconds_of(work) / busy_threads_ : seconds_of(work);
 }
 
 // One ray through the middle of each pixel.
@@ -104,7 +115,7 @@ void TraceFrame::aim_camera(const Vec3& origin) {
 RayTally TraceFrame::trace(Tracer& tracer, RayKind kind, RayPacks& rays) {
   RayTally tally;
   const kernels::RayView view = rays.view();
-  tally.seconds = seconds_of([&] {
+  tally.seconds = timed([&] {
     for_each_pack(rays,
                   [&](std::size_t pack) { tracer.trace(kind, view, rays.begin(pack), rays.end(pack)); });
   });
@@ -187,15 +198,15 @@ void count(const RayPacks& rays, bool has_distance, RayTally& tally) {
 FrameTally TraceFrame::render(Tracer& tracer) {
   FrameTally tally;
   RayTally &primary = tally.rays[0], &shadow = tally.rays[1], &bounce = tally.rays[2];
-  tally.build = seconds_of([&] { tracer.build(); });
-  tally.interactive = tally.build + seconds_of([&] {
+  tally.build = timed([&] { tracer.build(); });
+  tally.interactive = tally.build + timed([&] {
                         aim_camera(tracer.origin());
                         primary = trace(tracer, RayKind::primary, primary_);
                         shade(tracer);
                         shadow = trace(tracer, RayKind::shadow, shadow_);
                         add_light();
                       });
-  tally.frame = tally.interactive + seconds_of([&] {
+  tally.frame = tally.interactive + timed([&] {
                   scatter();
                   bounce = trace(tracer, RayKind::bounce, bounce_);
                   add_sky();

@@ -51,13 +51,18 @@ struct FrameTally {
 
 class TraceFrame {
  public:
-  explicit TraceFrame(const TraceScene& scene);
+  // With `busy_threads`, times are what the processors were busy, divided by so many threads: on a machine
+  // that others use too they are those of a machine of our own, if the work is spread evenly. With 0, times
+  // are those of the clock on the wall.
+  TraceFrame(const TraceScene& scene, int busy_threads);
 
   FrameTally render(Tracer& tracer);
   // Reflected light of each pixel, row 0 at the top, after render(). The bounce rays gather a sky of 1.
   const std::vector<float>& film() const { return film_; }
 
  private:
+  template <class Work>
+  double timed(Work&& work) const;
   void aim_camera(const Vec3& origin);
   RayTally trace(Tracer& tracer, RayKind kind, RayPacks& rays);
   void shade(const Tracer& tracer);
@@ -66,6 +71,7 @@ class TraceFrame {
   void add_sky();
 
   const TraceScene& scene_;
+  int busy_threads_;
   RayPacks primary_, shadow_, bounce_;
   std::vector<float> normal_[3], cosine_, film_;
   std::vector<Vec3f> sphere_;  // random directions
