@@ -71,8 +71,18 @@ Stage ball(std::size_t particles) {
           distance * Vec3(0.45, 0.35, 0.82).normalized(), radius};
 }
 
+// m, of the footprint of so many: a column of height h holds h + 1/2 of them in the mean.
+double slab_length(std::size_t particles) {
+  const double mean = mean_dune_height();
+  double length = 0;
+  for (int i = 0; i < 50; ++i) {
+    length = std::cbrt(std::max(1.0, static_cast<double>(particles) - length * length / 2) / mean);
+  }
+  return length;
+}
+
 Stage slab(std::size_t particles) {
-  const double length = std::cbrt(static_cast<double>(particles) / mean_dune_height());
+  const double length = slab_length(particles);
   const int half = static_cast<int>(length / 2);
   Stage stage{lattice({half, half, half},
                       [&](const Vec3& p) {
