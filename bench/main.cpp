@@ -12,6 +12,7 @@
 #include "bench/kernels.h"
 #include "bench/resting.h"
 #include "bench/sim.h"
+#include "bench/trace.h"
 #include "src/core/error.h"
 
 namespace {
@@ -28,7 +29,17 @@ constexpr const char* kUsage =
     "  each kernel by itself on one thread, on snow in the middle of the impact\n"
     "usage: firn-bench resting [--particles N] [--threads T] [--isa I] [--steps S] [--dt D] [--json FILE]\n"
     "  a packed bed at rest and, beside it, the impact of a ball of a tenth of the particles: what a step\n"
-    "  costs with sleep and without\n";
+    "  costs with sleep and without\n"
+    "usage: firn-bench trace [--particles N] [--shape ball|slab] [--radius r] [--threads T]\n"
+    "                        [--order blocks|lattice] [--isa I] [--repeats R]\n"
+    "                        [--clock wall|cpu] [--json FILE]\n"
+    "  a frame of 1024 x 768 pixels of balls of radius r lattice spacings: rebuild, camera rays, a shadow "
+    "ray\n"
+    "  from each hit that faces the light, a bounce ray from each hit; firn's tracer and, where firn-bench "
+    "was\n"
+    "  built with Embree, two ways to do it with Embree; the best of R frames each, taken in turns;\n"
+    "  the cpu clock counts what the processors are busy, divided by the threads: for a machine that is "
+    "shared\n";
 
 double positive(const std::string& option, const char* text) {
   char* end = nullptr;
@@ -82,16 +93,17 @@ bool asks_for_help(int argc, char** argv) {
                      [](const std::string& word) { return word == "--help" || word == "-h"; });
 }
 
-void kernels(int argc, char** argv) {
+int kernels(int argc, char** argv) {
   firn::bench::KernelOptions o;
   Options options;
   options.takes = {
       {"--particles", number("--particles", o.particles)}, {"--isa", word(o.isa)}, {"--json", word(o.json)}};
   options.read(argc, argv);
   firn::bench::run_kernels(o);
+  return 0;
 }
 
-void sim(int argc, char** argv) {
+int sim(int argc, char** argv) {
   firn::bench::SimOptions o;
   Options options;
   options.takes = {{"--scene", word(o.scene)},
@@ -105,9 +117,10 @@ void sim(int argc, char** argv) {
   options.flags = {{"--no-naive", [&] { o.naive = false; }}};
   options.read(argc, argv);
   firn::bench::run_sim(o);
+  return 0;
 }
 
-void resting(int argc, char** argv) {
+int resting(int argc, char** argv) {
   firn::bench::RestingOptions o;
   Options options;
   options.takes = {{"--particles", number("--particles", o.particles)},
@@ -118,6 +131,23 @@ void resting(int argc, char** argv) {
                    {"--json", word(o.json)}};
   options.read(argc, argv);
   firn::bench::run_resting(o);
+  return 0;
+}
+
+int trace(int argc, char** argv) {
+  firn::bench::TraceOptions o;
+  Options options;
+  options.takes = {{"--particles", number("--particles", o.particles)},
+                   {"--shape", word(o.shape)},
+                   {"--radius", number("--radius", o.radius)},
+                   {"--threads", number("--threads", o.threads)},
+                   {"--order", word(o.order)},
+                   {"--isa", word(o.isa)},
+                   {"--repeats", number("--repeats", o.repeats)},
+                   {"--clock", word(o.clock)},
+                   {"--json", word(o.json)}};
+  options.read(argc, argv);
+  return firn::bench::run_trace(o) ? 0 : 1;
 }
 
 }  // namespace
@@ -127,16 +157,15 @@ int main(int argc, char** argv) {
     std::fputs(kUsage, stdout);
     return 0;
   }
-  const std::map<std::string, void (*)(int, char**)> commands = {
-      {"sim", sim}, {"kernels", kernels}, {"resting", resting}};
+  const std::map<std::string, int (*)(int, char**)> commands = {
+      {"sim", sim}, {"kernels", kernels}, {"resting", resting}, {"trace", trace}};
   const auto command = commands.find(argc < 2 ? "" : argv[1]);
   if (command == commands.end()) {
     std::fputs(kUsage, stderr);
     return 2;
   }
   try {
-    command->second(argc, argv);
-    return 0;
+    return command->second(argc, argv);
   } catch (const firn::Error& error) {
     std::fprintf(stderr, "firn-bench: %s\n", error.what());
     return static_cast<int>(error.code());

@@ -35,6 +35,10 @@ RUNS = {
     "kernels": ["kernels"],
     "kernels, x86-64-v3": ["kernels", "--isa", "x86-64-v3"],
     "resting": ["resting"],
+    "trace, ball": ["trace"],
+    "trace, ball of wide balls": ["trace", "--radius", "1.0"],
+    "trace, slab": ["trace", "--shape", "slab"],
+    "trace, 5M": ["trace", "--particles", "5000000"],
 }
 
 

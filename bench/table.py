@@ -74,6 +74,18 @@ def ratio_rows(runs):
         yield ["a scene nine tenths at rest, without sleep / with it", f"{runs['resting']['ratio']:.2f}"]
 
 
+def trace_rows(runs):
+    for name, run in runs.items():
+        for tracer, f in run.get("tracers", {}).items():
+            yield [name, tracer, *(f"{f[key]:.1f}" for key in TRACE_KEYS)]
+
+
+TRACE_KEYS = ["build_ms", "primary_mrays", "shadow_mrays", "diffuse_mrays", "frame_ms", "interactive_ms",
+              "bytes_per_particle"]
+TRACE_HEAD = ["run", "tracer", "build, ms", "primary, M rays/s", "shadow", "diffuse", "whole frame, ms",
+              "interactive frame, ms", "bytes a particle"]
+
+
 def command_rows(runs):
     for name, run in runs.items():
         dt = f"{1e6 * run['dt']:.3g} µs" if "dt" in run else ""
@@ -87,7 +99,7 @@ def section(results):
                     f"{1e-9 * run['memory_bandwidth']:.0f} GB/s." for run in runs.values() if "memory_bandwidth" in run)
     parts = [f"### {machine['cpu']}, {machine['cores']} cores\n\nCompiler: {', '.join(compilers)}.{peaks}\n\n"]
     for head, rows in [(KERNEL_HEAD, kernel_rows(runs)), (SVD_HEAD, svd_rows(runs)), (STEP_HEAD, step_rows(runs)),
-                       (["ratio", ""], ratio_rows(runs))]:
+                       (["ratio", ""], ratio_rows(runs)), (TRACE_HEAD, trace_rows(runs))]:
         if rows := list(rows):
             parts.append(table(head, rows))
     parts.append(table(["run", "command", "dt", "commit"], command_rows(runs), column="---"))
