@@ -10,7 +10,7 @@ FirnTracer::FirnTracer(const Snapshot& snapshot, double radius, const kernels::K
 
 void FirnTracer::trace(RayKind kind, const kernels::RayView& rays, std::size_t begin, std::size_t end) {
   const auto kernel = kind == RayKind::primary  ? kernels_.closest_coherent
-                      : kind == RayKind::shadow ? kernels_.occluded
+                      : kind == RayKind::shadow ? kernels_.occluded_coherent
                                                 : kernels_.closest;
   kernel(grid_.view(), rays, begin, end);
 }
@@ -18,7 +18,7 @@ void FirnTracer::trace(RayKind kind, const kernels::RayView& rays, std::size_t b
 std::vector<float> FirnTracer::radii() const {
   std::vector<float> radius(grid_.size());
   for (std::uint32_t sorted = 0; sorted < radius.size(); ++sorted) {
-    radius[grid_.snapshot_index(sorted)] = grid_.view().radius[sorted];
+    radius[grid_.snapshot_index(sorted)] = grid_.radius(sorted);
   }
   return radius;
 }

@@ -24,15 +24,14 @@ class FirnTracer : public Tracer {
   }
   std::size_t bytes() const override { return grid_.bytes(); }
 
-  // m, of each particle's ball, in snapshot order, after build(): firn fits radii to the particles'
-  // surroundings.
+  // m, of each particle's ball, in snapshot order, after build().
   std::vector<float> radii() const;
 
  private:
   const Snapshot& snapshot_;
   const kernels::TraceKernels& kernels_;
   std::vector<SnowLook> looks_;
-  RenderGrid grid_;
+  RenderGrid grid_{kernels_};
 };
 
 }  // namespace firn::bench

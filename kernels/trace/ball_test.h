@@ -70,6 +70,13 @@ FIRN_INLINE void test_bundles(const BallBundle* bundles, std::uint64_t begin, st
   }
 }
 
+// m, of the first `some` of the sorted balls from b on; the others are not hit.
+FIRN_INLINE Floats radii(const TraceGrid& grid, std::uint64_t b, int some) {
+  if (grid.radius != nullptr) return load_first(grid.radius + b, some, -1.f);
+  return some >= kLanes ? splat(grid.max_radius)
+                        : select(mask_of_first(some), splat(grid.max_radius), splat(-1));
+}
+
 // The same over a run of the sorted columns.
 inline void test_run(const TraceGrid& grid, std::uint64_t begin, std::uint64_t end, const Ray& ray,
                      Nearest& best) {
@@ -79,9 +86,39 @@ inline void test_run(const TraceGrid& grid, std::uint64_t begin, std::uint64_t e
     const Floats c[3] = {load_first(grid.x + b, count, 0.f) - ray.o[0],
                          load_first(grid.y + b, count, 0.f) - ray.o[1],
                          load_first(grid.z + b, count, 0.f) - ray.o[2]};
-    const Floats r = load_first(grid.radius + b, count, -1.f);
+    const Floats r = radii(grid, b, count);
     test_lanes(
         c, d, r * abs(r), [&](int lane) { return static_cast<std::uint32_t>(b) + lane; }, best);
+  }
+}
+
+// And over a cell's list.
+template <bool kAny>
+FIRN_INLINE void test_list(const TraceGrid& grid, std::uint32_t word, const Ray& ray, Nearest& best) {
+  const std::size_t count = word & kMostListed;
+  const float* list = grid.lists + static_cast<std::size_t>(word >> 8) * kListUnit;
+  const Floats d[3] = {splat(ray.d[0]), splat(ray.d[1]), splat(ray.d[2])};
+  const Floats r2 = splat(grid.max_radius * grid.max_radius);
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    const int some = count - i < kLanes ? static_cast<int>(count - i) : kLanes;
+    const Floats c[3] = {load_first(list + i, some, 0.f) - ray.o[0],
+                         load_first(list + count + i, some, 0.f) - ray.o[1],
+                         load_first(list + 2 * count + i, some, 0.f) - ray.o[2]};
+    Floats its = r2;
+    if (grid.radius != nullptr) {
+      its = load_first(list + 4 * count + i, some, -1.f);
+    } else if (some < kLanes) {
+      its = select(mask_of_first(some), r2, splat(-1));
+    }
+    test_lanes(
+        c, d, its,
+        [&](int lane) {
+          std::uint32_t particle;
+          __builtin_memcpy(&particle, list + 3 * count + i + lane, sizeof particle);
+          return particle;
+        },
+        best);
+    if (kAny && best.particle != kNoHit) return;
   }
 }
 

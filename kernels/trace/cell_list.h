@@ -56,52 +56,46 @@ FIRN_INLINE Floats gap2(const TraceGrid& grid, Floats p, int cell) {
   return gap * gap;
 }
 
-inline void fill_bundle(const TraceGrid& grid, const std::uint32_t* ball, int count, BallBundle& bundle) {
-  for (int i = 0; i < kRayLanes; ++i) {
-    const std::uint32_t b = ball[i < count ? i : 0];
-    bundle.x[i] = grid.x[b];
-    bundle.y[i] = grid.y[b];
-    bundle.z[i] = grid.z[b];
-    bundle.r2[i] = i < count ? grid.radius[b] * grid.radius[b] : -1.f;
-    bundle.particle[i] = i < count ? b : kNoHit;
-  }
-}
-
 // The cell's word after this call; kNoList where it cannot have a list.
 inline std::uint32_t make_list(const TraceGrid& grid, std::size_t place, const int cell[3]) {
   std::uint32_t word = kUnlisted;
   if (!__atomic_compare_exchange_n(&grid.list[place], &word, kNoList, false, __ATOMIC_ACQUIRE,
                                    __ATOMIC_ACQUIRE))
     return word;
-  constexpr int kMost = static_cast<int>(kMostBundles) * kRayLanes;
-  std::uint32_t found[kMost + kLanes];
-  int count = 0;
+  constexpr std::size_t kMost = kMostListed;
+  std::uint32_t found[kMost + 2 * kLanes];
+  std::size_t count = 0;
   const float margin = kCellMargin * grid.cell;
   for_each_run_around(grid, cell, cells_reached(grid), [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t b = begin; b < end && count <= kMost; b += kLanes) {
       const int some = end - b < kLanes ? static_cast<int>(end - b) : kLanes;
-      const Floats reach = load_first(grid.radius + b, some, 0.f) + margin;
+      const Floats reach = radii(grid, b, some) + margin;
       const Floats distance2 = gap2(grid, load_first(grid.x + b, some, 0.f), cell[0]) +
                                gap2(grid, load_first(grid.y + b, some, 0.f), cell[1]) +
                                gap2(grid, load_first(grid.z + b, some, 0.f), cell[2]);
       const Mask in = less_equal(distance2, reach * reach) & mask_of_first(some);
-      if (count + kLanes > kMost + kLanes) continue;
       store_packed(reinterpret_cast<std::int32_t*>(found + count), in,
                    lane_numbers() + static_cast<std::int32_t>(b));
-      count += __builtin_popcount(static_cast<unsigned>(lane_bits(in)));
+      count += static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(lane_bits(in))));
     }
   });
   if (count > kMost) return kNoList;
   word = 0;
   if (count > 0) {
-    const auto bundles = static_cast<std::uint64_t>((count + kRayLanes - 1) / kRayLanes);
-    const std::uint64_t first = __atomic_fetch_add(grid.bundles_used, bundles, __ATOMIC_RELAXED);
-    if (first + bundles > grid.bundle_room) return kNoList;
-    for (std::uint64_t k = 0; k < bundles; ++k) {
-      const int from = static_cast<int>(k) * kRayLanes;
-      fill_bundle(grid, found + from, count - from, grid.bundles[first + k]);
+    const std::size_t columns = grid.radius == nullptr ? 4 : 5;
+    const std::uint64_t units = (columns * count + kListUnit - 1) / kListUnit;
+    const std::uint64_t first = __atomic_fetch_add(grid.units_used, units, __ATOMIC_RELAXED);
+    if (first + units > grid.list_room) return kNoList;
+    float* out = grid.lists + first * kListUnit;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t b = found[i];
+      out[i] = grid.x[b];
+      out[count + i] = grid.y[b];
+      out[2 * count + i] = grid.z[b];
+      __builtin_memcpy(out + 3 * count + i, &b, sizeof b);
+      if (columns == 5) out[4 * count + i] = grid.radius[b] * grid.radius[b];
     }
-    word = static_cast<std::uint32_t>(first << 6 | bundles);
+    word = static_cast<std::uint32_t>(first << 8 | count);
   }
   __atomic_store_n(&grid.list[place], word, __ATOMIC_RELEASE);
   return word;
@@ -118,7 +112,7 @@ FIRN_INLINE void test_cell(const TraceGrid& grid, std::size_t place, const int c
       test_run(grid, begin, end, ray, best);
     });
   } else {
-    test_bundles<kAny>(grid.bundles, word >> 6, (word >> 6) + (word & kMostBundles), ray, best);
+    test_list<kAny>(grid, word, ray, best);
   }
 }
 

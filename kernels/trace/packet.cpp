@@ -17,7 +17,8 @@
 
 namespace firn::kernels::FIRN_ISA {
 
-void closest(const TraceGrid&, const RayView&, std::size_t, std::size_t);  // stream.cpp
+void closest(const TraceGrid&, const RayView&, std::size_t, std::size_t);   // stream.cpp
+void occluded(const TraceGrid&, const RayView&, std::size_t, std::size_t);  // stream.cpp
 
 namespace {
 
@@ -25,15 +26,12 @@ constexpr int kLarge = 64, kSmall = 16;  // rays
 constexpr float kMinMainShare = 0.4f;    // of every direction along the main axis
 constexpr float kFar = 3e38f;
 
-FIRN_INLINE float lowest_of(Mask m, Floats v) { return -greatest_lane(select(m, -v, splat(-kFar))); }
-FIRN_INLINE float highest_of(Mask m, Floats v) { return greatest_lane(select(m, v, splat(-kFar))); }
-
 // An interval of each of the two axes beside the main one.
 struct Window {
   float low[2], high[2];
 };
 
-template <int kRays>
+template <int kRays, bool kAny>
 class Packet {
  public:
   static constexpr int kParts = kRays / kLanes < 1 ? 1 : kRays / kLanes;
@@ -45,9 +43,9 @@ class Packet {
   bool load_rays();
   // Chooses the axis that the rays go along most; false if they do not all go the same way.
   bool choose_main();
-  // Cells across the packet where it is widest in the grid.
-  float width() const;
-  void walk();
+  // False if the packet is or grows wider than `widest` cells beside the reach; what it has found then is not
+  // all.
+  bool walk(float widest);
   void store_hits() const;
 
  private:
@@ -56,7 +54,7 @@ class Packet {
   FIRN_INLINE void shorten();
   Window window(float near, float far) const;
   bool cells_of(const Window& window, int first, int last, int low[3], int high[3]) const;
-  bool any_brick(const int low[3], const int high[3]) const;
+  int clearance(const int low[3], const int high[3]) const;
   void test_cells(const int low[3], const int high[3]);
   FIRN_INLINE void test_balls(std::uint32_t begin, std::uint32_t end);
 
@@ -72,23 +70,22 @@ class Packet {
   bool forward_;
   bool found_ = false;  // a ball since the bounds were drawn
   // Bounds of the rays that may still meet something: at the plane from_ and per metre along the main axis
-  // from there; furthest_ is how far along it they reach. The coordinate along the main axis counts up in the
-  // rays' direction.
-  float from_, furthest_;
+  // up to the plane to_; furthest_ is how far along it they reach. The coordinate along the main axis counts
+  // up in the rays' direction.
+  float from_, to_, furthest_;
   Window at_, slope_;
 };
 
-template <int kRays>
-bool Packet<kRays>::load_rays() {
+template <int kRays, bool kAny>
+bool Packet<kRays, kAny>::load_rays() {
   float o[3][kRays], d[3][kRays], best[kRays];
+  for (int lane = 0; lane < kRays; ++lane) rays_.hit[begin_ + lane] = kNoHit;
   for (int lane = 0; lane < kRays && grid_.stray_bundles > 0; ++lane) {
     Nearest stray{rays_.t[begin_ + lane], kNoHit};
-    test_bundles<false>(grid_.strays, 0, grid_.stray_bundles, load_ray(rays_, begin_ + lane), stray);
-    rays_.t[begin_ + lane] = stray.t;
-    rays_.hit[begin_ + lane] = stray.particle;
-  }
-  if (grid_.stray_bundles == 0) {
-    for (int lane = 0; lane < kRays; ++lane) rays_.hit[begin_ + lane] = kNoHit;
+    test_bundles<kAny>(grid_.strays, 0, grid_.stray_bundles, load_ray(rays_, begin_ + lane), stray);
+    if (stray.particle == kNoHit) continue;
+    rays_.hit[begin_ + lane] = kAny ? 0 : stray.particle;
+    if (!kAny) rays_.t[begin_ + lane] = stray.t;
   }
   float some = -1;
   for (int lane = 0; lane < kRays; ++lane) {
@@ -97,7 +94,10 @@ bool Packet<kRays>::load_rays() {
     enter_grid(grid_, ray.o, ray.d, rays_.t[begin_ + lane], moved, entry_[lane], best[lane]);
     for (int a = 0; a < 3; ++a) o[a][lane] = moved[a], d[a][lane] = ray.d[a];
   }
-  for (int lane = 0; lane < kRays; ++lane) some = best[lane] > some ? best[lane] : some;
+  for (int lane = 0; lane < kRays; ++lane) {
+    if (kAny && rays_.hit[begin_ + lane] != kNoHit) best[lane] = -1;
+    some = best[lane] > some ? best[lane] : some;
+  }
   for (int part = 0; part < kParts; ++part) {
     for (int a = 0; a < 3; ++a) {
       o_[a][part] = load(o[a] + part * kLanes);
@@ -109,8 +109,8 @@ bool Packet<kRays>::load_rays() {
   return some >= 0;
 }
 
-template <int kRays>
-bool Packet<kRays>::choose_main() {
+template <int kRays, bool kAny>
+bool Packet<kRays, kAny>::choose_main() {
   int part = 0;
   while (!any(live(part))) ++part;
   const int first = __builtin_ctz(static_cast<unsigned>(lane_bits(live(part))));
@@ -128,44 +128,47 @@ bool Packet<kRays>::choose_main() {
 }
 
 // The bounds of the rays that reach beyond `from` along the main axis.
-template <int kRays>
-void Packet<kRays>::look_ahead(float from) {
-  float nearest = kFar;
-  furthest_ = -kFar;
-  Floats along[kParts], end[kParts];
+template <int kRays, bool kAny>
+void Packet<kRays, kAny>::look_ahead(float from) {
+  Floats nearest = splat(kFar), furthest = splat(-kFar);
   Mask ahead[kParts];
   for (int part = 0; part < kParts; ++part) {
-    along[part] = forward_ ? o_[main_][part] : -o_[main_][part];
+    const Floats along = forward_ ? o_[main_][part] : -o_[main_][part];
     const Floats speed = forward_ ? d_[main_][part] : -d_[main_][part];
-    end[part] = fma(best_[part], speed, along[part]);
-    ahead[part] = live(part) & less_equal(splat(from), end[part]);
-    if (!any(ahead[part])) continue;
-    const float low = lowest_of(ahead[part], along[part]), high = highest_of(ahead[part], end[part]);
-    nearest = low < nearest ? low : nearest;
-    furthest_ = high > furthest_ ? high : furthest_;
+    const Floats end = fma(best_[part], speed, along);
+    ahead[part] = live(part) & less_equal(splat(from), end);
+    nearest = min(nearest, select(ahead[part], along, splat(kFar)));
+    furthest = max(furthest, select(ahead[part], end, splat(-kFar)));
   }
-  from_ = nearest > from ? nearest : from;
+  furthest_ = greatest_lane(furthest);
+  const float least = -greatest_lane(-nearest),
+              edge = forward_ ? grid_.cell * static_cast<float>(grid_.cells[main_]) : 0;
+  from_ = least > from ? least : from;
+  to_ = furthest_ < edge ? furthest_ : edge;
+  to_ = to_ > from_ + grid_.cell ? to_ : from_ + grid_.cell;
   for (int side = 0; side < 2; ++side) {
-    at_.low[side] = slope_.low[side] = kFar;
-    at_.high[side] = slope_.high[side] = -kFar;
+    Floats low[2] = {splat(kFar), splat(kFar)}, high[2] = {splat(-kFar), splat(-kFar)};
     for (int part = 0; part < kParts; ++part) {
-      if (!any(ahead[part])) continue;
+      const Floats along = forward_ ? o_[main_][part] : -o_[main_][part];
       const Floats speed = forward_ ? d_[main_][part] : -d_[main_][part];
       const Floats slope = d_[side_[side]][part] / speed;
-      const Floats at = fma(splat(from_) - along[part], slope, o_[side_[side]][part]);
-      const float values[4] = {lowest_of(ahead[part], at), highest_of(ahead[part], at),
-                               lowest_of(ahead[part], slope), highest_of(ahead[part], slope)};
-      at_.low[side] = values[0] < at_.low[side] ? values[0] : at_.low[side];
-      at_.high[side] = values[1] > at_.high[side] ? values[1] : at_.high[side];
-      slope_.low[side] = values[2] < slope_.low[side] ? values[2] : slope_.low[side];
-      slope_.high[side] = values[3] > slope_.high[side] ? values[3] : slope_.high[side];
+      for (int plane = 0; plane < 2; ++plane) {
+        const Floats at = fma(splat(plane == 0 ? from_ : to_) - along, slope, o_[side_[side]][part]);
+        low[plane] = min(low[plane], select(ahead[part], at, splat(kFar)));
+        high[plane] = max(high[plane], select(ahead[part], at, splat(-kFar)));
+      }
     }
+    at_.low[side] = -greatest_lane(-low[0]);
+    at_.high[side] = greatest_lane(high[0]);
+    const float length = to_ - from_;
+    slope_.low[side] = (-greatest_lane(-low[1]) - at_.low[side]) / length;
+    slope_.high[side] = (greatest_lane(high[1]) - at_.high[side]) / length;
   }
 }
 
 // How far the rays reach, once some have found something.
-template <int kRays>
-FIRN_INLINE void Packet<kRays>::shorten() {
+template <int kRays, bool kAny>
+FIRN_INLINE void Packet<kRays, kAny>::shorten() {
   Floats furthest = splat(-kFar);
   for (int part = 0; part < kParts; ++part) {
     const Floats along = forward_ ? o_[main_][part] : -o_[main_][part];
@@ -175,41 +178,26 @@ FIRN_INLINE void Packet<kRays>::shorten() {
   furthest_ = greatest_lane(furthest);
 }
 
-// What the rays can be between two planes of the main axis, near <= far, widened by the reach.
-template <int kRays>
-FIRN_INLINE Window Packet<kRays>::window(float near, float far) const {
+// Where the rays can be between two planes of the main axis, near <= far, widened by the reach. A bound on
+// the way from one plane to another is linear, since every ray is.
+template <int kRays, bool kAny>
+FIRN_INLINE Window Packet<kRays, kAny>::window(float near, float far) const {
+  const float length = to_ - from_;
+  const auto inside = [&](float along) { return along < 0 ? 0 : along > length ? length : along; };
+  const float first = inside(near - from_), last = inside(far - from_);
   Window w;
-  const float first = near - from_, last = far - from_;
   for (int side = 0; side < 2; ++side) {
-    const float low0 = at_.low[side] + first * (first < 0 ? slope_.high[side] : slope_.low[side]);
-    const float low1 = at_.low[side] + last * (last < 0 ? slope_.high[side] : slope_.low[side]);
-    const float high0 = at_.high[side] + first * (first < 0 ? slope_.low[side] : slope_.high[side]);
-    const float high1 = at_.high[side] + last * (last < 0 ? slope_.low[side] : slope_.high[side]);
-    w.low[side] = (low0 < low1 ? low0 : low1) - reach_;
-    w.high[side] = (high0 > high1 ? high0 : high1) + reach_;
+    const float low = slope_.low[side] < 0 ? last : first, high = slope_.high[side] < 0 ? first : last;
+    w.low[side] = at_.low[side] + low * slope_.low[side] - reach_;
+    w.high[side] = at_.high[side] + high * slope_.high[side] + reach_;
   }
   return w;
 }
 
-template <int kRays>
-float Packet<kRays>::width() const {
-  const float end = furthest_ < kFar ? furthest_ : from_;
-  const float room = grid_.cell * static_cast<float>(grid_.cells[main_]);
-  const Window w = window(from_, end - from_ < room ? end : from_ + room);
-  float widest = 0;
-  for (int side = 0; side < 2; ++side) {
-    const float spread = (at_.high[side] - at_.low[side] +
-                          (slope_.high[side] - slope_.low[side]) * (w.high[side] > w.low[side] ? room : 0)) *
-                         grid_.inv_cell;
-    widest = spread > widest ? spread : widest;
-  }
-  return widest;
-}
-
 // The cells of slices first to last (counted up the axis) within the window; false if there are none.
-template <int kRays>
-FIRN_INLINE bool Packet<kRays>::cells_of(const Window& w, int first, int last, int low[3],
-                                         int high[3]) const {
+template <int kRays, bool kAny>
+FIRN_INLINE bool Packet<kRays, kAny>::cells_of(const Window& w, int first, int last, int low[3],
+                                               int high[3]) const {
   low[main_] = first;
   high[main_] = last;
   for (int side = 0; side < 2; ++side) {
@@ -223,23 +211,29 @@ FIRN_INLINE bool Packet<kRays>::cells_of(const Window& w, int first, int last, i
   return true;
 }
 
-template <int kRays>
-bool Packet<kRays>::any_brick(const int low[3], const int high[3]) const {
+// How many bricks, beginning with those of these cells, are empty whichever way one goes; 0: one of them is
+// not.
+template <int kRays, bool kAny>
+int Packet<kRays, kAny>::clearance(const int low[3], const int high[3]) const {
+  int least = 1 << 20;
   for (int x = low[0] >> 2; x <= high[0] >> 2; ++x) {
     for (int y = low[1] >> 2; y <= high[1] >> 2; ++y) {
       for (int z = low[2] >> 2; z <= high[2] >> 2; ++z) {
-        if (grid_.slot[brick_at(grid_, x, y, z)] >= 0) return true;
+        const std::int32_t slot = grid_.slot[brick_at(grid_, x, y, z)];
+        if (slot >= 0) return 0;
+        least = -slot < least ? -slot : least;
       }
     }
   }
-  return false;
+  return least;
 }
 
-template <int kRays>
-FIRN_INLINE void Packet<kRays>::test_balls(std::uint32_t begin, std::uint32_t end) {
+template <int kRays, bool kAny>
+FIRN_INLINE void Packet<kRays, kAny>::test_balls(std::uint32_t begin, std::uint32_t end) {
   for (std::uint32_t b = begin; b < end; ++b) {
     const Floats x = splat(grid_.x[b]), y = splat(grid_.y[b]), z = splat(grid_.z[b]);
-    const Floats r2 = splat(grid_.radius[b] * grid_.radius[b]);
+    const float r = grid_.radius == nullptr ? grid_.max_radius : grid_.radius[b];
+    const Floats r2 = splat(r * r);
     Floats along[kParts], depth2[kParts], deepest = splat(-1);
 #pragma GCC unroll 16
     for (int part = 0; part < kParts; ++part) {
@@ -254,6 +248,12 @@ FIRN_INLINE void Packet<kRays>::test_balls(std::uint32_t begin, std::uint32_t en
 #pragma GCC unroll 16
     for (int part = 0; part < kParts; ++part) {
       const Floats t = along[part] - sqrt(depth2[part]);  // NaN where missed: every comparison is then false
+      if (kAny) {  // the ray is done: a reach of less than nothing says so
+        const Mask blocked = less(splat(0), t) & less_equal(t, best_[part]);
+        best_[part] = select(blocked, splat(-1), best_[part]);
+        particle_[part] = select(blocked, splat_int(0), particle_[part]);
+        continue;
+      }
       // Flipping the sign bit orders unsigned indices as signed ones.
       const Mask lower = less(index ^ INT32_MIN, particle_[part] ^ INT32_MIN);
       const Mask nearer = less(splat(0), t) & (less(t, best_[part]) | (less_equal(t, best_[part]) & lower));
@@ -263,8 +263,8 @@ FIRN_INLINE void Packet<kRays>::test_balls(std::uint32_t begin, std::uint32_t en
   }
 }
 
-template <int kRays>
-void Packet<kRays>::test_cells(const int low[3], const int high[3]) {
+template <int kRays, bool kAny>
+void Packet<kRays, kAny>::test_cells(const int low[3], const int high[3]) {
   for (int x = low[0]; x <= high[0]; ++x) {
     for (int y = low[1]; y <= high[1]; ++y) {
       for (int z = low[2]; z <= high[2];) {
@@ -281,29 +281,42 @@ void Packet<kRays>::test_cells(const int low[3], const int high[3]) {
 }
 
 // Slab of bricks after slab of bricks, slice after slice. "Along" counts in the rays' direction.
-template <int kRays>
-void Packet<kRays>::walk() {
+template <int kRays, bool kAny>
+bool Packet<kRays, kAny>::walk(float widest) {
+  const float most = widest * grid_.cell + 2 * reach_;
   const int cells = grid_.cells[main_];
   const auto plane = [&](int k) { return static_cast<float>(forward_ ? k : k - cells) * grid_.cell; };
   const float begin = from_ - reach_ - plane(0);
   const int first = begin > 0 ? static_cast<int>(begin * grid_.inv_cell) : 0;
+  float steepest = 1;
+  for (int side = 0; side < 2; ++side) {
+    const float low = __builtin_fabsf(slope_.low[side]), high = __builtin_fabsf(slope_.high[side]);
+    steepest = low > steepest ? low : steepest;
+    steepest = high > steepest ? high : steepest;
+  }
   for (int slab = first & ~3; slab < cells; slab += kBrickCells) {
-    if (plane(slab) - reach_ > furthest_) return;
+    if (plane(slab) - reach_ > furthest_) return true;
     int low[3], high[3];
-    const auto slices = [&](int k, int count, int& least, int& most) {
-      least = forward_ ? k : cells - k - count;
-      most = least + count - 1;
+    const auto slices = [&](int k, int count, int& first_cell, int& last_cell) {
+      first_cell = forward_ ? k : cells - k - count;
+      last_cell = first_cell + count - 1;
     };
-    int least, most;
-    slices(slab, kBrickCells, least, most);
-    if (!cells_of(window(plane(slab) - reach_, plane(slab + kBrickCells) + reach_), least, most, low, high))
+    int least, last;
+    slices(slab, kBrickCells, least, last);
+    if (!cells_of(window(plane(slab) - reach_, plane(slab + kBrickCells) + reach_), least, last, low, high))
       continue;
-    if (!any_brick(low, high)) continue;
+    if (const int empty = clearance(low, high); empty > 0) {
+      // Every brick nearer than `empty` is empty, and the rays go aside by their slope at most.
+      slab += kBrickCells * static_cast<int>(static_cast<float>(empty - 1) / steepest);
+      continue;
+    }
     bool look_ahead_needed = false;
     for (int k = slab; k < slab + kBrickCells; ++k) {
-      if (plane(k) - reach_ > furthest_) return;
-      slices(k, 1, least, most);
-      if (!cells_of(window(plane(k) - reach_, plane(k + 1) + reach_), least, most, low, high)) continue;
+      if (plane(k) - reach_ > furthest_) return true;
+      slices(k, 1, least, last);
+      const Window here = window(plane(k) - reach_, plane(k + 1) + reach_);
+      if (!cells_of(here, least, last, low, high)) continue;
+      if (here.high[0] - here.low[0] > most || here.high[1] - here.low[1] > most) return false;
       found_ = false;
       test_cells(low, high);
       if (found_) {
@@ -313,10 +326,11 @@ void Packet<kRays>::walk() {
     }
     if (look_ahead_needed) look_ahead(plane(slab + kBrickCells) - reach_);
   }
+  return true;
 }
 
-template <int kRays>
-void Packet<kRays>::store_hits() const {
+template <int kRays, bool kAny>
+void Packet<kRays, kAny>::store_hits() const {
   float best[kRays];
   std::int32_t particle[kRays];
   for (int part = 0; part < kParts; ++part) {
@@ -325,36 +339,45 @@ void Packet<kRays>::store_hits() const {
   }
   for (int lane = 0; lane < kRays; ++lane) {
     if (particle[lane] == -1) continue;
-    rays_.t[begin_ + lane] = static_cast<float>(entry_[lane] + best[lane]);
+    if (!kAny) rays_.t[begin_ + lane] = static_cast<float>(entry_[lane] + best[lane]);
     rays_.hit[begin_ + lane] = static_cast<std::uint32_t>(particle[lane]);
   }
 }
 
 // False if the packet is too wide or not coherent; nothing is found then (a stray that shortened a ray is
 // found again: it lies within the reach).
-template <int kRays>
+template <int kRays, bool kAny>
 bool trace_packet(const TraceGrid& grid, const RayView& rays, std::size_t begin, float widest) {
-  Packet<kRays> packet(grid, rays, begin);
+  Packet<kRays, kAny> packet(grid, rays, begin);
   if (!packet.load_rays()) return true;
-  if (!packet.choose_main() || packet.width() > widest) return false;
-  packet.walk();
+  if (!packet.choose_main() || !packet.walk(widest)) return false;
   packet.store_hits();
   return true;
 }
 
 // Cells across a packet beyond which fewer rays at a time are faster; from the bench.
-constexpr float kWidestLarge = 3, kWidestSmall = 3;
+constexpr float kWidestLarge = 6, kWidestSmall = 4;
+
+template <bool kAny>
+void trace_coherent(const TraceGrid& grid, const RayView& rays, std::size_t begin, std::size_t end) {
+  const auto one_by_one = kAny ? occluded : closest;
+  for (; begin + kLarge <= end; begin += kLarge) {
+    if (trace_packet<kLarge, kAny>(grid, rays, begin, kWidestLarge)) continue;
+    for (std::size_t part = begin; part < begin + kLarge; part += kSmall) {
+      if (!trace_packet<kSmall, kAny>(grid, rays, part, kWidestSmall))
+        one_by_one(grid, rays, part, part + kSmall);
+    }
+  }
+  one_by_one(grid, rays, begin, end);
+}
 
 }  // namespace
 
 void closest_coherent(const TraceGrid& grid, const RayView& rays, std::size_t begin, std::size_t end) {
-  for (; begin + kLarge <= end; begin += kLarge) {
-    if (trace_packet<kLarge>(grid, rays, begin, kWidestLarge)) continue;
-    for (std::size_t part = begin; part < begin + kLarge; part += kSmall) {
-      if (!trace_packet<kSmall>(grid, rays, part, kWidestSmall)) closest(grid, rays, part, part + kSmall);
-    }
-  }
-  closest(grid, rays, begin, end);
+  trace_coherent<false>(grid, rays, begin, end);
+}
+void occluded_coherent(const TraceGrid& grid, const RayView& rays, std::size_t begin, std::size_t end) {
+  trace_coherent<true>(grid, rays, begin, end);
 }
 
 }  // namespace firn::kernels::FIRN_ISA

@@ -10,12 +10,14 @@ void closest(const TraceGrid&, const RayView&, std::size_t, std::size_t);       
 void closest_coherent(const TraceGrid&, const RayView&, std::size_t, std::size_t);  // packet.cpp
 void occluded(const TraceGrid&, const RayView&, std::size_t, std::size_t);          // stream.cpp
 
+void occluded_coherent(const TraceGrid&, const RayView&, std::size_t, std::size_t);              // packet.cpp
 void splat(const TraceGrid&, const int[3], std::uint32_t, std::uint32_t, const float*, float*);  // splat.cpp
 void surface_closest(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t, std::size_t);
 void surface_occluded(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t, std::size_t);
 
 TraceKernels trace_kernels() {
-  return {extent, cell_codes, closest, closest_coherent, occluded, splat, surface_closest, surface_occluded};
+  return {extent, cell_codes,      closest,         closest_coherent, occluded, occluded_coherent,
+          splat,  surface_closest, surface_occluded};
 }
 
 }  // namespace firn::kernels::FIRN_ISA

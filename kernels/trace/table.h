@@ -3,8 +3,8 @@
 // Ray space: metres, the grid's lower corner at 0. A particle is hit where a ray ENTERS its ball at a
 // distance > 0: the inside of a ball is snow, not surface, so a ray that starts inside one does not see it.
 // Two lists over the same sorted particles: `cell_start` (by centre: coherent packets, density) and, for
-// incoherent rays, bundles of 16 balls for every cell that a ball overlaps. The second are made by the first
-// ray that comes to a cell: few rays go deep into snow, so most cells never need theirs.
+// incoherent rays, `list`: all that overlap a cell. The second are made by the first ray that comes to a
+// cell: few rays go deep into snow, so most cells never need theirs.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -23,12 +23,14 @@ struct alignas(64) BallBundle {
   std::uint32_t particle[kRayLanes];               // sorted index
 };
 
-// The state of a cell's list, changed by whoever meets the cell first, with atomic operations. A list is
-// bundles [word >> 6, word >> 6 + (word & 63)); 0 is an empty one.
+// The state of a cell's list, changed by whoever meets the cell first, with atomic operations. A list of n =
+// word & 255 balls lies from lists + (word >> 8) * kListUnit on: x[n], y[n], z[n], their sorted indices, and
+// r2[n] where radii differ. 0 is an empty one.
 inline constexpr std::uint32_t kUnlisted = 0xffffffffu;  // nobody has asked yet
 inline constexpr std::uint32_t kNoList = 0xfffffffeu;  // there is none (yet): read the cells around by centre
-inline constexpr std::uint32_t kMostBundles = 63;      // of one list
-inline constexpr std::uint64_t kMostListed = (1ull << 26) - 1;  // bundles in all
+inline constexpr std::uint32_t kMostListed = 255;      // balls
+inline constexpr std::size_t kListUnit = 16;           // floats
+inline constexpr std::uint64_t kMostUnits = (1ull << 24) - 1;
 
 struct TraceGrid {
   float cell = 1, inv_cell = 1;  // m, 1/m
@@ -40,12 +42,13 @@ struct TraceGrid {
   // Per cell of an occupied brick, one more at the end, into the sorted columns. 32 bits: there are no more
   // particles than ids.
   const std::uint32_t* cell_start = nullptr;
-  const float *x = nullptr, *y = nullptr, *z = nullptr, *radius = nullptr;  // sorted particles, m
-  float max_radius = 0;           // m, of the particles in the cells
-  std::uint32_t* list = nullptr;  // per cell of an occupied brick
-  BallBundle* bundles = nullptr;  // room for the lists
-  std::uint64_t* bundles_used = nullptr;
-  std::uint64_t bundle_room = 0;
+  const float *x = nullptr, *y = nullptr, *z = nullptr;  // sorted particles, m
+  const float* radius = nullptr;                         // m; null: max_radius is that of all
+  float max_radius = 0;                                  // m, of the particles in the cells
+  std::uint32_t* list = nullptr;                         // per cell of an occupied brick
+  float* lists = nullptr;                                // room for list_room units
+  std::uint64_t* units_used = nullptr;
+  std::uint64_t list_room = 0;
   const BallBundle* strays = nullptr;  // too large or too far for the cells: every ray tests them
   std::uint64_t stray_bundles = 0;
 };
@@ -99,6 +102,8 @@ struct TraceKernels {
   void (*closest_coherent)(const TraceGrid&, const RayView&, std::size_t begin, std::size_t end) = nullptr;
   // Any hit nearer than the reach: `hit` is 0 where there is one, else kNoHit; t is left alone.
   void (*occluded)(const TraceGrid&, const RayView&, std::size_t begin, std::size_t end) = nullptr;
+  // The same, faster where neighbours in the columns start near one another and go the same way.
+  void (*occluded_coherent)(const TraceGrid&, const RayView&, std::size_t begin, std::size_t end) = nullptr;
   // Adds amount[s] of each sorted particle of [begin, end) to the corners around it, by the weights of P2G
   // (the quadratic B-spline). They lie in the brick whose first cell is `first`; tile: kFieldTile.
   void (*splat)(const TraceGrid&, const int first[3], std::uint32_t begin, std::uint32_t end,

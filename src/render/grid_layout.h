@@ -23,6 +23,7 @@ class BallSizes {
   }
   // All balls are like that of the particle last asked for.
   void settle() { alike_ = true; }
+  bool alike() const { return alike_; }
   double spacing() const { return spacing_; }  // m, of the particle last asked for
 
  private:

@@ -20,9 +20,9 @@ constexpr std::size_t kSortChunks = 32;  // at most; each counts all bricks
 constexpr int kMaxClearance = 15;        // bricks
 // Balls are entered in every cell within this of them, in cells: covers the rounding of a ray's walk.
 constexpr float kCellMargin = 1e-3f;
-// Room for lists: one bundle for so many balls of the grid. Cells that find none left are read by centre.
-constexpr std::size_t kBallsPerBundle = 40;
-
+// Room for lists: one unit (64 bytes) for so many balls of the grid. Cells that find none left are read by
+// centre.
+constexpr std::size_t kBallsPerUnit = 7;
 constexpr float kFieldReach = 2.5f;  // cells: P2G's weights reach 1.5, and the corners there fill one more
 
 std::size_t brick_index(const kernels::TraceGrid& grid, int bx, int by, int bz) {
@@ -110,13 +110,13 @@ void RenderGrid::sort_by_brick(std::size_t count) {
 // Within each brick by cell; then the columns.
 void RenderGrid::sort_bricks(const Snapshot& snapshot) {
   const std::size_t slots = brick_of_slot_.size(), count = snapshot.size();
-  radius_.resize(count);
+  radius_.resize(layout_.sizes.alike() ? 0 : count);
   for (auto& column : x_) column.resize(count);
   cell_start_.resize(slots * kCellsPerBrick);
   std::vector<float> largest(slots, 0.f);
   const auto place = [&](std::uint32_t i, std::uint32_t s, BallSizes& sizes) {
     for (int a = 0; a < 3; ++a) x_[a][s] = snapshot.x[a][i] + layout_.shift[a];
-    radius_[s] = sizes.radius(snapshot, i);
+    if (!radius_.empty()) radius_[s] = sizes.radius(snapshot, i);
   };
   parallel_chunks(slots, 16, [&](std::size_t, std::size_t first_slot, std::size_t last_slot) {
     BallSizes sizes = layout_.sizes;
@@ -137,16 +137,18 @@ void RenderGrid::sort_bricks(const Snapshot& snapshot) {
         order_[s] = by_brick[k];
         place(by_brick[k], s, sizes);
       }
-      for (std::uint32_t s = begin; s < end; ++s) largest[slot] = std::max(largest[slot], radius_[s]);
+      for (std::uint32_t s = begin; s < end && !radius_.empty(); ++s)
+        largest[slot] = std::max(largest[slot], radius_[s]);
     }
   });
+  if (layout_.sizes.alike()) view_.max_radius = layout_.sizes.radius(snapshot, 0);
   for (const float radius : largest) view_.max_radius = std::max(view_.max_radius, radius);
   BallSizes sizes = layout_.sizes;
   for (std::uint32_t k = brick_start_[slots]; k < count; ++k) place(order_[k], k, sizes);
   view_.x = x_[0].data();
   view_.y = x_[1].data();
   view_.z = x_[2].data();
-  view_.radius = radius_.data();
+  view_.radius = radius_.empty() ? nullptr : radius_.data();
   view_.cell_start = cell_start_.data();
 }
 
@@ -224,20 +226,19 @@ void RenderGrid::measure_clearance() {
 
 // The room of the lists serves the sort first.
 void RenderGrid::open_room(std::size_t count) {
-  const std::size_t room = std::min<std::size_t>(count / kBallsPerBundle + 256, kernels::kMostListed);
-  bundles_.reserve_discarding(room);
-  view_.bundles = bundles_.data();
-  view_.bundle_room = room;
-  static_assert(sizeof(kernels::BallBundle) >= kBallsPerBundle * (sizeof(std::uint32_t) + 1));
-  code_ = reinterpret_cast<std::uint32_t*>(bundles_.data());
+  const std::size_t room = std::min<std::size_t>(count / kBallsPerUnit + 1024, kernels::kMostUnits);
+  lists_.reserve_discarding(std::max(room * kernels::kListUnit, count + count / 4 + 1));
+  view_.lists = lists_.data();
+  view_.list_room = room;
+  code_ = reinterpret_cast<std::uint32_t*>(lists_.data());
   cell_by_brick_ = reinterpret_cast<std::uint8_t*>(code_ + count);
 }
 
 void RenderGrid::open_lists() {
   list_.assign(brick_of_slot_.size() * kCellsPerBrick, kernels::kUnlisted);
-  bundles_used_.assign(1, 0);
+  units_used_.assign(1, 0);
   view_.list = list_.data();
-  view_.bundles_used = bundles_used_.data();
+  view_.units_used = units_used_.data();
 }
 
 void RenderGrid::list_strays() {
@@ -254,7 +255,7 @@ void RenderGrid::list_strays() {
     bundle.x[place] = x_[0][s];
     bundle.y[place] = x_[1][s];
     bundle.z[place] = x_[2][s];
-    bundle.r2[place] = radius_[s] * radius_[s];
+    bundle.r2[place] = radius(static_cast<std::uint32_t>(s)) * radius(static_cast<std::uint32_t>(s));
     bundle.particle[place] = static_cast<std::uint32_t>(s);
   }
   view_.strays = strays_.data();
@@ -278,7 +279,7 @@ void RenderGrid::build(const Snapshot& snapshot, const std::vector<SnowLook>& lo
 std::size_t RenderGrid::bytes() const {
   const auto of = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
   return of(slot_) + of(brick_of_slot_) + of(cell_start_) + of(list_) + of(order_) + of(x_[0]) + of(x_[1]) +
-         of(x_[2]) + of(radius_) + bundles_.resident_bytes() + of(strays_) + of(brick_start_);
+         of(x_[2]) + of(radius_) + lists_.resident_bytes() + of(strays_) + of(brick_start_);
 }
 
 }  // namespace firn

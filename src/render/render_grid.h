@@ -46,7 +46,7 @@ class RenderGrid {
   // Of a sorted index.
   std::uint32_t snapshot_index(std::uint32_t sorted) const { return order_[sorted]; }
   Vec3f center(std::uint32_t sorted) const { return {x_[0][sorted], x_[1][sorted], x_[2][sorted]}; }
-  float radius(std::uint32_t sorted) const { return radius_[sorted]; }
+  float radius(std::uint32_t sorted) const { return radius_.empty() ? view_.max_radius : radius_[sorted]; }
 
  private:
   void open_view();
@@ -70,10 +70,10 @@ class RenderGrid {
   std::vector<std::uint32_t> brick_of_slot_;
   std::vector<std::uint32_t> cell_start_, list_;
   std::vector<std::uint32_t> order_;  // sorted -> snapshot index; strays last
-  std::vector<float> x_[3], radius_;  // m, sorted
-  AlignedArray<kernels::BallBundle> bundles_;
+  std::vector<float> x_[3], radius_;  // m, sorted; no radii if all are alike
+  AlignedArray<float> lists_;
   std::vector<kernels::BallBundle> strays_;
-  std::vector<std::uint64_t> bundles_used_;  // one count, at an address that moving does not change
+  std::vector<std::uint64_t> units_used_;  // one count, at an address that moving does not change
   // Of the sort alone.
   std::uint32_t* code_ = nullptr;           // per particle of the snapshot
   std::uint8_t* cell_by_brick_ = nullptr;   // per particle sorted by brick

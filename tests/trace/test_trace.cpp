@@ -23,10 +23,10 @@ RenderGrid grid_of(const Snapshot& snapshot) {
   return grid;
 }
 
-// The same grid whose lists have room for no more than `bundles` bundles.
-kernels::TraceGrid with_room(const RenderGrid& grid, std::uint64_t bundles) {
+// The same grid whose lists have room for no more than so many units.
+kernels::TraceGrid with_room(const RenderGrid& grid, std::uint64_t units) {
   kernels::TraceGrid view = grid.view();
-  view.bundle_room = bundles;
+  view.list_room = units;
   return view;
 }
 
@@ -113,8 +113,8 @@ TEST_CASE("rays find the same where there is no room for a cell's list") {
       const RenderGrid roomy = grid_of(snapshot), half = grid_of(snapshot), none = grid_of(snapshot);
       RayStream a = make_rays(roomy, kind, 2000, 72), b = a, c = a;
       table->trace.closest(roomy.view(), a.view(), 0, a.size());
-      REQUIRE(*roomy.view().bundles_used > 100);
-      table->trace.closest(with_room(half, 60), b.view(), 0, b.size());
+      REQUIRE(*roomy.view().units_used > 500);
+      table->trace.closest(with_room(half, 300), b.view(), 0, b.size());
       table->trace.closest(with_room(none, 0), c.view(), 0, c.size());
       CHECK(same_answers(a, b));
       CHECK(same_answers(a, c));
