@@ -73,7 +73,7 @@ inline std::uint32_t make_list(const TraceGrid& grid, std::size_t place, const i
       const Floats distance2 = gap2(grid, load_first(grid.x + b, some, 0.f), cell[0]) +
                                gap2(grid, load_first(grid.y + b, some, 0.f), cell[1]) +
                                gap2(grid, load_first(grid.z + b, some, 0.f), cell[2]);
-      const Mask in = less_equal(distance2, reach * reach) & mask_of_first(some);
+      const Mask in = less_equal(distance2, reach * reach) & less(splat(margin), reach) & mask_of_first(some);
       store_packed(reinterpret_cast<std::int32_t*>(found + count), in,
                    lane_numbers() + static_cast<std::int32_t>(b));
       count += static_cast<std::size_t>(__builtin_popcount(static_cast<unsigned>(lane_bits(in))));

@@ -3,6 +3,7 @@
 // the level are searched. Within a cell the fill is trilinear, so it is a cubic along the ray: its values at
 // four places tell where it rises through the level, and a few secants where exactly. Each ray remembers on
 // which side it was, so that rounding at the faces of cells opens no crack.
+#include "kernels/trace/ball_cells.h"
 #include "kernels/trace/stream.h"
 
 namespace firn::kernels::FIRN_ISA {
@@ -26,9 +27,11 @@ struct AlongCell {
   }
 };
 
+template <bool kAny>
 struct SurfaceCells {
   const TraceGrid& grid;
   const SurfaceField& field;
+  BallCells<kAny> loose{grid};
   Mask outside = mask_of_bits(0);  // was last seen outside
   Mask fresh = mask_of_bits(0);    // nothing known yet
 
@@ -44,8 +47,14 @@ struct SurfaceCells {
   FIRN_INLINE Mask meet(const Walk& walk, Ints slot, Mask lanes, LaneRays& rays) {
     const Ints cell = walk.cell_in(slot) & (kCellsPerBrick - 1);
     const Ints word =
-        gather(reinterpret_cast<const std::int32_t*>(field.cell_kind), slot * 4 + (cell >> 4), lanes);
-    const Ints kind = (word >> (2 * (cell & 15))) & 3;
+        gather(reinterpret_cast<const std::int32_t*>(field.cell_kind), slot * 8 + (cell >> 3), lanes);
+    const Ints bits = word >> (4 * (cell & 7)), kind = bits & 3;
+    const Mask has_loose = lanes & equal(bits & splat_int(kHasLoose), splat_int(kHasLoose));
+    Mask blocked = mask_of_bits(0);
+    if (any(has_loose)) {  // a ball shortens the reach of its ray
+      blocked = loose.meet(walk, slot, has_loose, rays);
+      if (kAny && !any(lanes & !blocked)) return blocked;
+    }
     const Mask crossed = lanes & equal(kind, splat_int(kCrossed));
     const Mask inside = lanes & equal(kind, splat_int(kInside));
     Mask hit = inside & outside;  // through a crack between cells
@@ -63,7 +72,7 @@ struct SurfaceCells {
         rays.particle[lane] = kSurfaceHit;
       }
     }
-    return hit;
+    return hit | blocked;
   }
 
  private:
@@ -125,12 +134,12 @@ struct SurfaceCells {
 
 void surface_closest(const TraceGrid& grid, const SurfaceField& field, const RayView& rays, std::size_t begin,
                      std::size_t end) {
-  Stream<false, SurfaceCells>(grid, rays, begin, end, {grid, field}).run();
+  Stream<false, SurfaceCells<false>>(grid, rays, begin, end, {grid, field}).run();
 }
 
 void surface_occluded(const TraceGrid& grid, const SurfaceField& field, const RayView& rays,
                       std::size_t begin, std::size_t end) {
-  Stream<true, SurfaceCells>(grid, rays, begin, end, {grid, field}).run();
+  Stream<true, SurfaceCells<true>>(grid, rays, begin, end, {grid, field}).run();
 }
 
 }  // namespace firn::kernels::FIRN_ISA

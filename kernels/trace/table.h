@@ -72,14 +72,15 @@ inline constexpr int kFieldTileSide = 7, kFieldTileRow = 8;
 inline constexpr int kFieldTile = kFieldTileSide * kFieldTileSide * kFieldTileRow;
 
 // The implicit surface fill = level. Snow is where the fill is at least the level.
-enum CellKind : std::uint32_t {
+enum CellKind : std::uint32_t {  // by the cell's corners: none, some, all in snow
   kOutside,
   kCrossed,
-  kInside
-};  // by the cell's corners: none, some, all in snow
+  kInside,
+  kHasLoose = 4  // a flag: loose balls reach into the cell
+};
 struct SurfaceField {
   const float* fill = nullptr;               // per occupied brick: kBrickCorners, 1 in evenly packed snow
-  const std::uint32_t* cell_kind = nullptr;  // per occupied brick: four words, two bits a cell
+  const std::uint32_t* cell_kind = nullptr;  // per occupied brick: eight words, four bits a cell
   float level = 0.5f;
 };
 inline constexpr std::uint32_t kSurfaceHit = 0xfffffffeu;
@@ -108,8 +109,8 @@ struct TraceKernels {
   // (the quadratic B-spline). They lie in the brick whose first cell is `first`; tile: kFieldTile.
   void (*splat)(const TraceGrid&, const int first[3], std::uint32_t begin, std::uint32_t end,
                 const float* amount, float* tile) = nullptr;
-  // As `closest` and `occluded`, but against the surface of the snow in the cells, where the ray enters it:
-  // `hit` is kSurfaceHit there. Strays stay balls.
+  // As `closest` and `occluded`, but against the surface of the snow too, where the ray enters it: `hit` is
+  // kSurfaceHit there. Balls of radius -1 are none.
   void (*surface_closest)(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t begin,
                           std::size_t end) = nullptr;
   void (*surface_occluded)(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t begin,

@@ -78,10 +78,13 @@ bool fit(GridLayout& layout, const Snapshot& snapshot, const Bounds& bounds, dou
   const double margin = kMaxRadiusCells * cell;
   double table = 1;
   for (int a = 0; a < 3; ++a) {
-    // The shift in float, as the particles are moved by it; then the origin that belongs to it.
-    layout.shift[a] = static_cast<float>(snapshot.origin[a] - (bounds.min[a] - margin));
+    // The cells lie where multiples of their size do in the world, so that snow at rest keeps its place among
+    // them from frame to frame. The shift in float, as the particles are moved by it; then the origin that
+    // belongs to it.
+    const double corner = std::floor((bounds.min[a] - margin) / cell) * cell;
+    layout.shift[a] = static_cast<float>(snapshot.origin[a] - corner);
     layout.origin[a] = snapshot.origin[a] - static_cast<double>(layout.shift[a]);
-    const double bricks = std::ceil((bounds.size()[a] + 2 * margin) / (kernels::kBrickCells * cell));
+    const double bricks = std::ceil((bounds.max[a] + margin - corner) / (kernels::kBrickCells * cell));
     layout.bricks[a] = static_cast<int>(std::min(bricks, 1e6));
     layout.size[a] = static_cast<float>(kernels::kBrickCells * layout.bricks[a]) * static_cast<float>(cell);
     table *= bricks;

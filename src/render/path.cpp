@@ -97,7 +97,7 @@ void TilePaths::meet(std::uint32_t depth) {
     if (!view_.lights.hit(o, d, rays_.t(i), lamp_[i])) lamp_[i] = Vec3f::Constant(-1);
   }
   if (view_.setup.image.snow == SnowShape::smooth) {
-    view_.kernels.surface_closest(view_.grid.view(), view_.snow.surface(), rays_.view(), 0, count);
+    view_.kernels.surface_closest(view_.snow.view(), view_.snow.surface(), rays_.view(), 0, count);
   } else {
     const auto closest = depth == 0 ? view_.kernels.closest_coherent : view_.kernels.closest;
     closest(view_.grid.view(), rays_.view(), 0, count);
@@ -211,7 +211,7 @@ void TilePaths::bounce(std::uint32_t index, const Vertex& vertex, std::uint32_t 
 
 void TilePaths::trace_shadows() {
   if (view_.setup.image.snow == SnowShape::smooth) {
-    view_.kernels.surface_occluded(view_.grid.view(), view_.snow.surface(), shadows_.view(), 0,
+    view_.kernels.surface_occluded(view_.snow.view(), view_.snow.surface(), shadows_.view(), 0,
                                    shadows_.size());
   } else {
     view_.kernels.occluded(view_.grid.view(), shadows_.view(), 0, shadows_.size());

@@ -36,6 +36,32 @@ void brick_place(const kernels::TraceGrid& grid, std::size_t brick, int place[3]
 
 }  // namespace
 
+// Chebyshev distance to the nearest occupied brick, one axis at a time:
+// D(i) = min over k of max(|k|, D'(i + k)).
+void measure_clearance(const int bricks[3], std::vector<std::int32_t>& slot) {
+  const std::size_t strides[3] = {static_cast<std::size_t>(bricks[1]) * bricks[2],
+                                  static_cast<std::size_t>(bricks[2]), 1};
+  std::vector<std::uint8_t> clearance(slot.size()), before;
+  for (std::size_t b = 0; b < slot.size(); ++b) clearance[b] = slot[b] < 0 ? kMaxClearance : 0;
+  for (int a = 0; a < 3; ++a) {
+    before = clearance;
+    parallel_chunks(clearance.size(), kChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+      for (std::size_t b = begin; b < end; ++b) {
+        const int i = static_cast<int>(b / strides[a] % bricks[a]);
+        int best = before[b];
+        for (int k = 1; k < best; ++k) {
+          if (i >= k) best = std::min(best, std::max<int>(k, before[b - k * strides[a]]));
+          if (i + k < bricks[a]) best = std::min(best, std::max<int>(k, before[b + k * strides[a]]));
+        }
+        clearance[b] = static_cast<std::uint8_t>(best);
+      }
+    });
+  }
+  for (std::size_t b = 0; b < slot.size(); ++b) {
+    if (slot[b] < 0) slot[b] = -static_cast<std::int32_t>(clearance[b]);
+  }
+}
+
 // The view of an empty table of these cells.
 void RenderGrid::open_view() {
   view_ = {};
@@ -198,32 +224,6 @@ void RenderGrid::open_touched_bricks(float reach) {
   view_.slot = slot_.data();
 }
 
-// Chebyshev distance to the nearest occupied brick, one axis at a time:
-// D(i) = min over k of max(|k|, D'(i + k)).
-void RenderGrid::measure_clearance() {
-  const std::size_t strides[3] = {static_cast<std::size_t>(view_.bricks[1]) * view_.bricks[2],
-                                  static_cast<std::size_t>(view_.bricks[2]), 1};
-  std::vector<std::uint8_t> clearance(slot_.size()), before;
-  for (std::size_t b = 0; b < slot_.size(); ++b) clearance[b] = slot_[b] < 0 ? kMaxClearance : 0;
-  for (int a = 0; a < 3; ++a) {
-    before = clearance;
-    parallel_chunks(clearance.size(), kChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
-      for (std::size_t b = begin; b < end; ++b) {
-        const int i = static_cast<int>(b / strides[a] % view_.bricks[a]);
-        int best = before[b];
-        for (int k = 1; k < best; ++k) {
-          if (i >= k) best = std::min(best, std::max<int>(k, before[b - k * strides[a]]));
-          if (i + k < view_.bricks[a]) best = std::min(best, std::max<int>(k, before[b + k * strides[a]]));
-        }
-        clearance[b] = static_cast<std::uint8_t>(best);
-      }
-    });
-  }
-  for (std::size_t b = 0; b < slot_.size(); ++b) {
-    if (slot_[b] < 0) slot_[b] = -static_cast<std::int32_t>(clearance[b]);
-  }
-}
-
 // The room of the lists serves the sort first.
 void RenderGrid::open_room(std::size_t count) {
   const std::size_t room = std::min<std::size_t>(count / kBallsPerUnit + 1024, kernels::kMostUnits);
@@ -239,6 +239,36 @@ void RenderGrid::open_lists() {
   units_used_.assign(1, 0);
   view_.list = list_.data();
   view_.units_used = units_used_.data();
+}
+
+// Only cells that a ball reaches keep the right to a list.
+void RenderGrid::set_radii(const std::vector<float>& radii) {
+  const std::uint32_t inside = brick_start_[brick_start_.size() - 2];
+  radius_.resize(order_.size(), view_.max_radius);
+  std::copy(radii.begin(), radii.begin() + inside, radius_.begin());
+  view_.radius = radius_.data();
+  std::fill(list_.begin(), list_.end(), 0u);
+  parallel_chunks(inside, kChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t s = begin; s < end; ++s) {
+      if (!(radius_[s] > 0)) continue;
+      const float reach = radius_[s] + 2 * kCellMargin * view_.cell;
+      int low[3], high[3];
+      for (int a = 0; a < 3; ++a) {
+        low[a] = static_cast<int>(std::max(x_[a][s] - reach, 0.f) * view_.inv_cell);
+        high[a] = static_cast<int>((x_[a][s] + reach) * view_.inv_cell);
+      }
+      for (int x = low[0]; x <= high[0]; ++x) {
+        for (int y = low[1]; y <= high[1]; ++y) {
+          for (int z = low[2]; z <= high[2]; ++z) {
+            const std::size_t cell = cell_index(view_, x, y, z);
+            if (cell != kNoCell)
+              std::atomic_ref<std::uint32_t>(list_[cell])
+                  .store(kernels::kUnlisted, std::memory_order_relaxed);
+          }
+        }
+      }
+    }
+  });
 }
 
 void RenderGrid::list_strays() {
@@ -271,7 +301,7 @@ void RenderGrid::build(const Snapshot& snapshot, const std::vector<SnowLook>& lo
   sort_by_brick(snapshot.size());
   sort_bricks(snapshot);
   open_touched_bricks(fields ? std::max(view_.max_radius, kFieldReach * view_.cell) : view_.max_radius);
-  measure_clearance();
+  measure_clearance(layout_.bricks, slot_);
   open_lists();
   list_strays();
 }

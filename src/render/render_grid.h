@@ -18,6 +18,10 @@ namespace firn {
 
 inline constexpr std::size_t kNoCell = SIZE_MAX;
 
+// Fills the bricks of a table that are empty (negative) with how far they are from the others, as
+// TraceGrid::slot has it.
+void measure_clearance(const int bricks[3], std::vector<std::int32_t>& slot);
+
 // A cell's place in cell_start and list; kNoCell outside the occupied bricks.
 inline std::size_t cell_index(const kernels::TraceGrid& grid, int x, int y, int z) {
   if (x < 0 || y < 0 || z < 0 || x >= grid.cells[0] || y >= grid.cells[1] || z >= grid.cells[2])
@@ -35,6 +39,10 @@ class RenderGrid {
   // An unstable Error if a position or volume is not finite.
   // fields: with cells for all that SnowField reaches.
   void build(const Snapshot& snapshot, const std::vector<SnowLook>& looks, bool fields = false);
+
+  // Gives each ball (by sorted index) another radius, no larger than it was; at -1 it is none. For after
+  // build().
+  void set_radii(const std::vector<float>& radii);
 
   const kernels::TraceGrid& view() const { return view_; }
   std::size_t size() const { return order_.size(); }
@@ -55,7 +63,6 @@ class RenderGrid {
   void sort_by_brick(std::size_t count);
   void sort_bricks(const Snapshot& snapshot);
   void open_touched_bricks(float reach);
-  void measure_clearance();
   void open_room(std::size_t count);
   void open_lists();
   void list_strays();

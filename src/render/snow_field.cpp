@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "src/core/parallel.h"
+#include "src/core/portable_math.h"
 
 namespace firn {
 namespace {
@@ -20,10 +21,12 @@ using kernels::kFieldTileSide;
 
 constexpr std::uint32_t kNone = 0xffffffffu;
 constexpr float kLevel = 0.5f;
-// A particle whose place is filled less than this counts as much more as it lacks. A lone one is then a drop
-// of the radius at which the kernel has fallen to kLevel / kCompany of its middle: 0.6 spacings for cells
-// of 1.6.
-constexpr float kCompany = 0.6f;
+// A particle whose place is filled less than this counts as much more as it lacks, up to a limit: snow that
+// is stretched to kCompany / kMostCompany of its density stays closed.
+constexpr float kCompany = 0.6f, kMostCompany = 1.7f;
+// Spacings: the ball of a particle's own volume. It shrinks as the fill at the particle's place grows from
+// kLone to kCovered, where it is under the surface.
+constexpr float kLooseRadius = 0.62f, kLone = 0.42f, kCovered = 0.54f, kCoveredRadius = 0.1f;
 
 int corner_index(int x, int y, int z) { return (x * kCornerSide + y) * kCornerSide + z; }
 int tile_index(int x, int y, int z) {  // from -1
@@ -127,7 +130,8 @@ void SnowField::add_company(const std::vector<float>& volume) {
       if (least >= kCompany) continue;
       for (std::uint32_t s = grid.cell_start[cell]; s < grid.cell_start[cell + 1]; ++s) {
         const float here = fill(grid_->center(s));
-        if (here < kCompany) more[s] = volume[s] * (kCompany / std::max(here, 1e-3f) - 1);
+        if (here < kCompany)
+          more[s] = volume[s] * (std::min(kCompany / std::max(here, 1e-3f), kMostCompany) - 1);
       }
     }
   });
@@ -135,16 +139,34 @@ void SnowField::add_company(const std::vector<float>& volume) {
   if (!tile_.empty()) gather_corners(fill_, true);
 }
 
+// m, by sorted index: of the ball that a particle is beside the surface; -1 for one that the surface covers.
+std::vector<float> SnowField::loose_radii(const Snapshot& snapshot) const {
+  std::vector<float> radii(grid_->size(), -1.f);
+  parallel_chunks(radii.size(), 8192, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const auto s = static_cast<std::uint32_t>(k);
+      const float here = fill(grid_->center(s));
+      if (here >= kCovered) continue;
+      const float part = std::max(here - kLone, 0.f) / (kCovered - kLone);
+      const float share = kLooseRadius + (kCoveredRadius - kLooseRadius) * part;
+      radii[s] = share * static_cast<float>(portable_cbrt(snapshot.volume0[grid_->snapshot_index(s)]));
+    }
+  });
+  return radii;
+}
+
 void SnowField::find_kinds() {
   const std::size_t slots = grid_->brick_of_slot().size();
-  kind_.assign(slots * 4, 0);
+  kind_.assign(slots * 8, 0);
   parallel_for(slots, 32, [&](std::size_t slot) {
     for (int c = 0; c < kCellsPerBrick; ++c) {
       const float* corner = &fill_[slot * kBrickCorners + corner_index(c >> 4, c >> 2 & 3, c & 3)];
       int in = 0;
       for (int k = 0; k < 8; ++k) in += corner[corner_index(k >> 2, k >> 1 & 1, k & 1)] >= kLevel;
-      const std::uint32_t kind = in == 0 ? kernels::kOutside : in == 8 ? kernels::kInside : kernels::kCrossed;
-      kind_[slot * 4 + static_cast<std::size_t>(c >> 4)] |= kind << (2 * (c & 15));
+      std::uint32_t kind = in == 0 ? kernels::kOutside : in == 8 ? kernels::kInside : kernels::kCrossed;
+      if (grid_->view().list[slot * kCellsPerBrick + static_cast<std::size_t>(c)] != 0)
+        kind |= kernels::kHasLoose;
+      kind_[slot * 8 + static_cast<std::size_t>(c >> 3)] |= kind << (4 * (c & 7));
     }
   });
 }
@@ -156,7 +178,7 @@ void SnowField::measure_gradients() {
   std::uint32_t crossed = 0;
   for (std::size_t slot = 0; slot < slots; ++slot) {
     std::uint32_t any = 0;
-    for (std::size_t w = 0; w < 4; ++w) any |= kind_[slot * 4 + w] & 0x55555555u;
+    for (std::size_t w = 0; w < 8; ++w) any |= kind_[slot * 8 + w] & 0x11111111u;
     if (any != 0) gradient_at_[slot] = crossed++;
   }
   gradient_.resize(static_cast<std::size_t>(crossed) * 3 * kBrickCorners);
@@ -197,7 +219,21 @@ void SnowField::measure_gradients() {
   });
 }
 
-void SnowField::build(const RenderGrid& grid, const Snapshot& snapshot, const std::vector<SnowLook>& looks) {
+// Rays leap over bricks that hold neither surface nor loose balls nor snow.
+void SnowField::close_bricks() {
+  view_ = grid_->view();
+  slot_.assign(view_.slot,
+               view_.slot + static_cast<std::size_t>(view_.bricks[0]) * view_.bricks[1] * view_.bricks[2]);
+  for (std::size_t slot = 0; slot < grid_->brick_of_slot().size(); ++slot) {
+    std::uint32_t any = 0;
+    for (std::size_t w = 0; w < 8; ++w) any |= kind_[slot * 8 + w];
+    if (any == 0) slot_[grid_->brick_of_slot()[slot]] = -1;
+  }
+  measure_clearance(view_.bricks, slot_);
+  view_.slot = slot_.data();
+}
+
+void SnowField::build(RenderGrid& grid, const Snapshot& snapshot, const std::vector<SnowLook>& looks) {
   grid_ = &grid;
   const std::size_t count = grid.size();
   const double per_cell = std::pow(static_cast<double>(grid.view().inv_cell), 3);
@@ -225,7 +261,9 @@ void SnowField::build(const RenderGrid& grid, const Snapshot& snapshot, const st
     splat(volume, fill_);
   }
   add_company(volume);
+  grid.set_radii(loose_radii(snapshot));
   find_kinds();
+  close_bricks();
   measure_gradients();
   surface_ = {fill_.data(), kind_.data(), kLevel};
 }
@@ -345,7 +383,8 @@ double SnowField::clipped_mass() const {
 
 std::size_t SnowField::bytes() const {
   const auto of = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
-  return of(fill_) + of(density_) + of(kind_) + of(gradient_at_) + of(gradient_) + of(tile_) + of(tile_at_);
+  return of(fill_) + of(density_) + of(kind_) + of(gradient_at_) + of(gradient_) + of(tile_) + of(tile_at_) +
+         of(slot_);
 }
 
 }  // namespace firn

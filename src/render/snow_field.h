@@ -2,9 +2,9 @@
 // The snow as fields on the corners of the render grid's cells: RenderGrid -> tiles of splatted particles ->
 // corners. `density` is the mass by P2G's weights: its integral is the particles' mass. `fill` is the same of
 // the volume that particles were placed with, 1 in evenly packed snow; where it is half that, the smooth
-// surface lies. Particles with little company count for more in the fill, so that snow which stretches stays
-// closed until it tears, and a lone particle is seen as a drop of about its own volume. Both are trilinear
-// between corners.
+// surface lies. Particles with little company count for a little more in the fill, so that snow which
+// stretches stays closed until it tears; those that the surface does not cover even so are loose: balls of
+// their own volume beside it. Both fields are trilinear between corners.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -17,10 +17,13 @@ class SnowField {
  public:
   explicit SnowField(const kernels::TraceKernels& kernels) : kernels_(kernels) {}
 
-  // `grid` must be built with room for fields and outlive this. The same bits for any thread count.
-  void build(const RenderGrid& grid, const Snapshot& snapshot, const std::vector<SnowLook>& looks);
+  // `grid` must be built with room for fields and outlive this; its balls become those of loose particles.
+  // The same bits for any thread count.
+  void build(RenderGrid& grid, const Snapshot& snapshot, const std::vector<SnowLook>& looks);
 
   const kernels::SurfaceField& surface() const { return surface_; }
+  // The grid as rays see it that look for the surface: bricks without any of it are empty.
+  const kernels::TraceGrid& view() const { return view_; }
 
   // Unit normal, outward, at a point (render space) of the surface, from the fill's gradient; `otherwise`
   // where there is none.
@@ -51,15 +54,19 @@ class SnowField {
   void splat_bricks(const std::vector<float>& amount);
   void gather_corners(std::vector<float>& corners, bool add) const;
   void add_company(const std::vector<float>& volume);
+  std::vector<float> loose_radii(const Snapshot& snapshot) const;
   void find_kinds();
+  void close_bricks();
   void measure_gradients();
   std::size_t around(std::size_t slot, int k) const;
 
   const kernels::TraceKernels& kernels_;
   const RenderGrid* grid_ = nullptr;
   kernels::SurfaceField surface_;
+  kernels::TraceGrid view_;
+  std::vector<std::int32_t> slot_;          // per brick of the table
   std::vector<float> fill_, density_;       // per occupied brick kBrickCorners
-  std::vector<std::uint32_t> kind_;         // per occupied brick four words
+  std::vector<std::uint32_t> kind_;         // per occupied brick eight words
   std::vector<std::uint32_t> gradient_at_;  // per occupied brick: its place in gradient_, or kNone
   std::vector<float> gradient_;             // 1/m, per brick that the surface crosses 3 x kBrickCorners
   std::vector<float> tile_;                 // per brick that holds particles kFieldTile
