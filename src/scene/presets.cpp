@@ -55,7 +55,7 @@ Material grains(const Grains& of) {
 
 struct Clay {
   double density, young_modulus, poisson_ratio, friction_angle, compressive_strength, cohesion_ratio,
-      hardening, collapse = 0;
+      hardening;
 };
 
 Material clay(const Clay& of) {
@@ -68,7 +68,6 @@ Material clay(const Clay& of) {
   material.compressive_strength = of.compressive_strength;
   material.cohesion_ratio = of.cohesion_ratio;
   material.hardening = of.hardening;
-  material.collapse = of.collapse;
   return material;
 }
 
@@ -88,7 +87,7 @@ const std::vector<Preset>& presets() {
        "higher stiffness and hardening (Stomakhin et al. 2013, section 6); density chosen by this project"},
       {"dry_slab", snow({250, 1e6, 2e-2, 4e-3, 10}), "wind slab: stiff for its weight, breaks into blocks",
        "packed, lighter, stiffer and more brittle; chosen by this project"},
-      {"weak_layer", clay({150, 1e6, 0.3, 27, 1.4e4, 0.1, 3, 0.05}),
+      {"weak_layer", clay({150, 1e6, 0.3, 27, 1.4e4, 0.1, 0.3}),
        "buried loose grains under a slab: once broken they only rub",
        "model of Gaume et al. 2018; numbers chosen by this project"},
       {"sand", grains({1600, 3.5e5, 0.3, 30, 0}), "dry grains, rest at a slope",
