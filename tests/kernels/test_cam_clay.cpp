@@ -23,8 +23,9 @@ kernels::MaterialParams clay(float slope2, float beta, float alpha0, float harde
   return m;
 }
 
+// xi below 1: else p0 falls faster than elastic strain is set free, and all is gone in a snap.
 kernels::MaterialParams collapsing() {
-  kernels::MaterialParams m = clay(0.6f, 0.2f, -0.02f, 2);
+  kernels::MaterialParams m = clay(0.6f, 0.2f, -0.02f, 0.5f);
   m.collapse = 0.01f;
   m.jp_broken = std::exp(0.02f);
   return m;
@@ -192,7 +193,7 @@ struct Element {  // an even stretch
   }
   // By the logarithmic strain `volume`, in small steps.
   void strain(const kernels::MaterialParams& m, double volume) {
-    constexpr int kSteps = 2000;
+    constexpr int kSteps = 4000;
     for (int n = 0; n < kSteps; ++n) {
       for (double& x : f) x *= std::exp(volume / 3 / kSteps);
       kernels::reference::project(m, f, jp);
