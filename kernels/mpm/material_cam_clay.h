@@ -4,8 +4,8 @@
 // s = dev tau, a = 3/2 (1 + 2 beta). p0, the pressure at which it crushes, grows with compaction: p0 = kappa
 // (1e-5 + sinh(xi max(-alpha, 0))), alpha = alpha0 + ln Jp. Pressures are counted in kappa here.
 //
-// A layer that collapses softens whichever way it yields, as in the paper: alpha grows by |d ln J| until p0 is
-// gone, and with it the cohesion, beta = 0. Jp = -1 then, and -Jp is the volume ratio from there on: the
+// A layer that collapses softens whichever way it yields, as in the paper: alpha grows by |d ln J| until p0
+// is gone, and with it the cohesion, beta = 0. Jp = -1 then, and -Jp is the volume ratio from there on: the
 // layer closes, bearing next to nothing, by exp(-collapse), and hardens as it packs further, alpha = collapse
 // + ln -Jp.
 #pragma once
@@ -154,7 +154,8 @@ struct CamClay {
     Floats sheared[3];
     for (int i = 0; i < 3; ++i) sheared[i] = sqrt(fma(hat[i], keep, mean));
     const Floats same_volume = exp(log(j / (sheared[0] * sheared[1] * sheared[2])) * third);
-    const Floats cross_j = sqrt(max(fma(splat(-2.f), crossing(p, cohesion, p0, pressure, size), one), splat(1e-3f)));
+    const Floats cross_j =
+        sqrt(max(fma(splat(-2.f), crossing(p, cohesion, p0, pressure, size), one), splat(1e-3f)));
     for (int i = 0; i < 3; ++i) s[i] = select(tip, tip_s, select(shears, sheared[i] * same_volume, s[i]));
     return {flat | tip | shears, compose(d, s), select(tip, j / tip_j, select(shears, j / cross_j, one))};
   }

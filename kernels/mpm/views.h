@@ -35,8 +35,8 @@ struct ParticleView {
   float* v[3];         // m/s
   float* C[9];         // 1/s, APIC velocity gradient
   float* F[9];         // elastic deformation gradient
-  float* Jp;           // plastic volume ratio: J |Jp| is the volume taken up; negative: see material_cam_clay.h
-  float* m;            // kg
+  float* Jp;  // plastic volume ratio: J |Jp| is the volume taken up; negative: see material_cam_clay.h
+  float* m;   // kg
   std::uint32_t* id;
   std::uint32_t* object;  // index into the material table
 };

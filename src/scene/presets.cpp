@@ -16,8 +16,8 @@
 // that 0.8 m of `dry_slab` stands on 38 degrees, also when its weight comes on at once, and runs when it is
 // broken at one spot (tests/physics/test_slab.cpp). It fails in shear and keeps its volume: a layer that
 // collapses (`collapse`) and bears a weight that comes on at once is so strong that no crack runs through it
-// by itself under the weight at rest (tests/physics/test_saw.cpp loads slowly). Slabs have moduli of some MPa (Reuter et al. 2019, J. Glaciol. 65); 1 MPa
-// keeps the slab's base whole under that load.
+// by itself under the weight at rest (tests/physics/test_saw.cpp loads slowly). Slabs have moduli of some MPa
+// (Reuter et al. 2019, J. Glaciol. 65); 1 MPa keeps the slab's base whole under that load.
 #include "src/scene/presets.h"
 
 #include <cassert>

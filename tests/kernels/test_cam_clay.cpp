@@ -203,7 +203,8 @@ struct Element {  // an even stretch
 
 }  // namespace
 
-TEST_CASE("a layer that collapses softens whether it is crushed or torn, closes without tension, and hardens") {
+TEST_CASE(
+    "a layer that collapses softens whether it is crushed or torn, closes without tension, and hardens") {
   const auto m = collapsing();
   const double kappa = kappa_of(m), p0 = kappa * std::sinh(0.02 * m.hardening);
   for (const double way : {-1.0, 1.0}) {

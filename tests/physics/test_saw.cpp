@@ -237,6 +237,6 @@ TEST_CASE("on a slope steeper than the broken layer's friction the crack runs of
     CHECK(test.crack_speed(0.8, 1.8) < 0.6 * 1.15 * shear_speed());
     CHECK(speed == Approx(1.6).epsilon(0.15));
     CHECK(test.crack_speed(14, 18) == Approx(test.crack_speed(10, 14)).epsilon(0.15));
-    CHECK(test.part(1, 4).velocity.x() < -0.3);  // the slab goes
+    CHECK(test.part(1, 4).velocity.x() < -0.1);  // the slab goes
   }
 }
