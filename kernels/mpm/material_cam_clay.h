@@ -4,7 +4,7 @@
 // s = dev tau, a = 3/2 (1 + 2 beta). p0, the pressure at which it crushes, grows with compaction: p0 = kappa
 // (1e-5 + sinh(xi max(-alpha, 0))), alpha = alpha0 + ln Jp. Pressures are counted in kappa here.
 //
-// A layer that collapses softens whichever way it yields, as in the paper: alpha grows by |d ln J| until p0
+// A layer that collapses softens whichever way it yields, the paper's rule: alpha grows by |d ln J| until p0
 // is gone, and with it the cohesion, beta = 0. Jp = -1 then, and -Jp is the volume ratio from there on: the
 // layer closes, bearing next to nothing, by exp(-collapse), and hardens as it packs further, alpha = collapse
 // + ln -Jp.

@@ -7,7 +7,6 @@
 // b owns cells and nodes 4b .. 4b + 3. A particle may drift one cell out of its block before it is sorted
 // again, so a block's particles touch nodes -1 .. 6 of the block: the 8x8x8 tile.
 #pragma once
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -35,8 +34,8 @@ struct ParticleView {
   float* v[3];         // m/s
   float* C[9];         // 1/s, APIC velocity gradient
   float* F[9];         // elastic deformation gradient
-  float* Jp;  // plastic volume ratio: J |Jp| is the volume taken up; negative: see material_cam_clay.h
-  float* m;   // kg
+  float* Jp;           // plastic volume ratio: J |Jp| is the volume taken up; its sign: material_cam_clay.h
+  float* m;            // kg
   std::uint32_t* id;
   std::uint32_t* object;  // index into the material table
 };
@@ -60,7 +59,7 @@ struct MaterialParams {
   // Cam-Clay: M^2; ln Jp before the start; `cohesion` is beta
   float slope2 = 0, alpha0 = 0;
   // -ln of what a broken layer closes to, 0: none breaks; Jp at which cohesion is gone
-  float collapse = 0, jp_broken = HUGE_VALF;
+  float collapse = 0, jp_broken = 1e30f;
 };
 
 struct StepParams {
