@@ -10,13 +10,13 @@
 // for powder it would keep its width, whatever presses it, and lose its volume instead of running to a heap.
 //
 // The weak layer follows Gaume et al. 2018, "Dynamic anticrack propagation in snow": it softens however it
-// yields, loses its cohesion and closes by 5 %, of which the slab's edge above the fracture shows a clean
-// crown. A slab lays little pressure on it and much shear, and at the pressure of the ellipse's centre, p0 (1
-// - beta) / 2, shear neither softens nor hardens; the pressure must stay below that until cohesion is gone,
-// hence a low beta. What is left after failure is friction of 27 degrees, less than the 35 to 40 of slopes
-// that slide. p0 and xi are such that 0.8 m of `dry_slab` stands on 38 degrees, also when its weight comes on
-// at once, and runs when it is broken at one spot (tests/physics/test_slab.cpp). Being so strong, it lets no
-// crack run by itself on flat ground: for that, a third of p0 and slow loading (tests/physics/test_saw.cpp).
+// yields, loses its cohesion and closes by 5 %. A slab lays little pressure on it and much shear, and at the
+// pressure of the ellipse's centre, p0 (1 - beta) / 2, shear neither softens nor hardens; the pressure must
+// stay below that until cohesion is gone, hence a low beta. What is left after failure is friction of 27
+// degrees, less than the 35 to 40 of slopes that slide. p0 and xi are such that 0.8 m of `dry_slab` stands on
+// 38 degrees, also when its weight comes on at once, and lets go when it is broken at one spot by a weight
+// (tests/physics/test_slab.cpp). A layer so strong is not near failure under the slab at rest, and a mere cut
+// makes no crack run through it: that needs a third of p0 and slow loading (tests/physics/test_saw.cpp).
 // Slabs have moduli of some MPa (Reuter et al. 2019, J. Glaciol. 65); 1 MPa keeps the slab's base whole under
 // that load.
 #include "src/scene/presets.h"
