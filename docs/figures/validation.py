@@ -143,6 +143,21 @@ def weight(table):
     return plot
 
 
+def saw(tables):
+    plot = Plot("Propagation saw test: slopes below and above the layer's friction, 27\N{DEGREE SIGN}",
+                "time since the crack passed 1 m (s)", "front (m)", (0, 0.9), (0, 20))
+    series = {**tables["saw_flat"], **tables["saw_steep"]}
+    shear = next(iter(series.values()))["shear_m_s"][0]
+    for part in (0.6, 1.6):
+        ends = min(0.9, 19 / (part * shear))
+        plot.law([0, ends], [1, 1 + part * shear * ends], f"{part} c_s")
+    for ink, (degrees, of) in enumerate(series.items()):
+        start = next(t for t, x in zip(of["time_s"], of["front_m"]) if x >= 1)
+        shown = [(t - start, x) for t, x in zip(of["time_s"], of["front_m"]) if x >= 1]
+        plot.line([t for t, _ in shown], [x for _, x in shown], ink, f"{degrees}\N{DEGREE SIGN}")
+    return plot
+
+
 def main(folder):
     curves = {path.stem: read(path) for path in sorted(Path(folder).glob("*.csv"))}
     OUT.mkdir(exist_ok=True)
@@ -152,6 +167,7 @@ def main(folder):
         draw(curves[name]).save(OUT / f"{name}.svg")
     momentum(curves["collision"]).save(OUT / "momentum.svg")
     columns(curves).save(OUT / "columns.svg")
+    saw(curves).save(OUT / "saw.svg")
     print(f"{OUT.relative_to(ROOT)}: {len(list(OUT.glob('*.svg')))} figures")
 
 

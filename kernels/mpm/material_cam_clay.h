@@ -3,6 +3,11 @@
 // dev(B) + kappa/2 (J^2 - 1) I inside the ellipse a |s|^2 + M^2 (p + beta p0)(p - p0) <= 0, p = -tr(tau)/3,
 // s = dev tau, a = 3/2 (1 + 2 beta). p0, the pressure at which it crushes, grows with compaction: p0 = kappa
 // (1e-5 + sinh(xi max(-alpha, 0))), alpha = alpha0 + ln Jp. Pressures are counted in kappa here.
+//
+// A layer that collapses softens whichever way it yields, the paper's rule: alpha grows by |d ln J| until p0
+// is gone, and with it the cohesion, beta = 0. Jp = -1 then, and -Jp is the volume ratio from there on: the
+// layer closes, bearing next to nothing, by exp(-collapse), and hardens as it packs further, alpha = collapse
+// + ln -Jp.
 #pragma once
 #include "kernels/mpm/stretch.h"
 #include "kernels/mpm/views.h"
@@ -60,10 +65,29 @@ struct CamClay {
     return wave_speed2_of(p, in_memory(d.f));
   }
 
+  static FIRN_INLINE Mask broken(Floats jp) { return less(jp, splat(0.f)); }
+  static FIRN_INLINE Floats beta(const MaterialParams& p, Floats jp) {
+    return select(broken(jp), splat(0.f), splat(p.cohesion));
+  }
+  // a of the ellipse
+  static FIRN_INLINE Floats shear_weight(Floats beta) {
+    return splat(1.5f) * (splat(1.f) + splat(2.f) * beta);
+  }
+
   // p0 / kappa
   static FIRN_INLINE Floats strength(const MaterialParams& p, Floats jp) {
-    const Floats packed = max(-(splat(p.alpha0) + log(jp)), splat(0.f));
+    const Floats start = select(broken(jp), splat(p.collapse), splat(p.alpha0));
+    const Floats packed = max(-(start + log(max(jp, -jp))), splat(0.f));
     return splat(1e-5f) + sinh(min(splat(p.hardening) * packed, splat(20.f)));
+  }
+
+  // Jp after the volume that hardening counts has changed by 1 / ratio.
+  static FIRN_INLINE Floats hardened(const MaterialParams& p, Floats jp, Floats ratio) {
+    const Mask was_broken = broken(jp);
+    if (p.collapse > 0) ratio = select(was_broken, ratio, max(ratio, splat(1.f) / ratio));
+    const Floats size = min(max(max(jp, -jp) * ratio, splat(p.jp_min)), splat(p.jp_max));
+    const Mask breaks = less_equal(splat(p.jp_broken), size);
+    return select(was_broken, -size, select(breaks, splat(-1.f), size));
   }
 
   // False only where `project` changes nothing: inside the ellipse by more than the round-off of either.
@@ -72,12 +96,13 @@ struct CamClay {
     const Floats p0 = strength(p, jp), pressure = splat(0.5f) * fma(-d.j, d.j, splat(1.f));
     const Floats size = splat(p.mu / kappa(p)) * shrink(log_volume(d)) *
                         sqrt(norm2(add_diagonal(d.e, trace(d.e) * splat(-1.f / 3))));
-    const float a = 1.5f * (1 + 2 * p.cohesion), noise = 2e-6f;
-    const Floats high = p0 - pressure, low = fma(splat(p.cohesion), p0, pressure);
+    const Floats cohesion = beta(p, jp), a = shear_weight(cohesion);
+    constexpr float noise = 2e-6f;
+    const Floats high = p0 - pressure, low = fma(cohesion, p0, pressure);
     const Floats margin =
-        splat(noise) * (splat(2 * a) * size + splat(p.slope2) * (high + low)) + splat(1e-11f);
+        splat(noise) * (splat(2.f) * a * size + splat(p.slope2) * (high + low)) + splat(1e-11f);
     const Mask inside = less(splat(noise), high) & less(splat(noise), low) &
-                        less(fma(splat(a) * size, size, margin), splat(p.slope2) * high * low);
+                        less(fma(a * size, size, margin), splat(p.slope2) * high * low);
     return !(inside & less(norm2(d.e), splat(0.25f)) & less(splat(0.3f), d.j));
   }
   static FIRN_INLINE Mask yields(const MaterialParams& p, const Deformation& d, Floats jp) {
@@ -85,11 +110,12 @@ struct CamClay {
   }
 
   // The pressure where the line from the ellipse's centre to (pressure, size) crosses it.
-  static FIRN_INLINE Floats crossing(const MaterialParams& p, Floats p0, Floats pressure, Floats size) {
-    const Floats centre = p0 * splat(0.5f * (1 - p.cohesion)), half = p0 * splat(0.5f * (1 + p.cohesion));
+  static FIRN_INLINE Floats crossing(const MaterialParams& p, Floats cohesion, Floats p0, Floats pressure,
+                                     Floats size) {
+    const Floats one = splat(1.f), half_p0 = splat(0.5f) * p0;
+    const Floats centre = half_p0 * (one - cohesion), half = half_p0 * (one + cohesion);
     const Floats along = pressure - centre;
-    const Floats reach2 =
-        fma(splat(p.slope2) * along, along, splat(1.5f * (1 + 2 * p.cohesion)) * size * size);
+    const Floats reach2 = fma(splat(p.slope2) * along, along, shear_weight(cohesion) * size * size);
     return fma(along, sqrt(splat(p.slope2)) * half / max(sqrt(reach2), splat(1e-20f)), centre);
   }
 
@@ -114,12 +140,13 @@ struct CamClay {
     const Floats hat[3] = {b[0] - mean, b[1] - mean, b[2] - mean};
     const Floats hat_size = sqrt(fma(hat[0], hat[0], fma(hat[1], hat[1], hat[2] * hat[2])));
     const Floats size = splat(p.mu / kappa(p)) * shrink(log(j)) * hat_size;
-    const Floats high = p0 - pressure, low = fma(splat(p.cohesion), p0, pressure);
-    const Floats allowed2 = splat(p.slope2 / (1.5f * (1 + 2 * p.cohesion))) * high * low;
+    const Floats cohesion = beta(p, jp);
+    const Floats high = p0 - pressure, low = fma(cohesion, p0, pressure);
+    const Floats allowed2 = splat(p.slope2) / shear_weight(cohesion) * high * low;
     const Mask crushed = less(high, zero), torn = less(low, zero);
     const Mask tip = crushed | torn, shears = (!tip) & less(allowed2, size * size);
     // The tips: no shear, and the volume of the greatest or least pressure.
-    const Floats end = select(crushed, p0, p0 * splat(-p.cohesion));
+    const Floats end = select(crushed, p0, -(p0 * cohesion));
     const Floats tip_j = sqrt(max(fma(splat(-2.f), end, one), splat(1e-3f)));
     const Floats tip_s = exp(log(tip_j) * third);
     // Shear: the same volume, less deviator.
@@ -127,7 +154,8 @@ struct CamClay {
     Floats sheared[3];
     for (int i = 0; i < 3; ++i) sheared[i] = sqrt(fma(hat[i], keep, mean));
     const Floats same_volume = exp(log(j / (sheared[0] * sheared[1] * sheared[2])) * third);
-    const Floats cross_j = sqrt(max(fma(splat(-2.f), crossing(p, p0, pressure, size), one), splat(1e-3f)));
+    const Floats cross_j =
+        sqrt(max(fma(splat(-2.f), crossing(p, cohesion, p0, pressure, size), one), splat(1e-3f)));
     for (int i = 0; i < 3; ++i) s[i] = select(tip, tip_s, select(shears, sheared[i] * same_volume, s[i]));
     return {flat | tip | shears, compose(d, s), select(tip, j / tip_j, select(shears, j / cross_j, one))};
   }
@@ -136,7 +164,7 @@ struct CamClay {
     const Projected to = projected(p, in_memory(f), jp);
     const Mask changed = active & to.changed;
     f = select(changed, to.f, f);
-    jp = select(changed, min(max(jp * to.volume_ratio, splat(p.jp_min)), splat(p.jp_max)), jp);
+    jp = select(changed, hardened(p, jp, to.volume_ratio), jp);
     return changed;
   }
 };

@@ -34,7 +34,7 @@ struct ParticleView {
   float* v[3];         // m/s
   float* C[9];         // 1/s, APIC velocity gradient
   float* F[9];         // elastic deformation gradient
-  float* Jp;           // plastic volume ratio: J Jp is the volume taken up
+  float* Jp;           // plastic volume ratio: J |Jp| is the volume taken up; its sign: material_cam_clay.h
   float* m;            // kg
   std::uint32_t* id;
   std::uint32_t* object;  // index into the material table
@@ -58,6 +58,8 @@ struct MaterialParams {
   float cone = 0, cohesion = 0;
   // Cam-Clay: M^2; ln Jp before the start; `cohesion` is beta
   float slope2 = 0, alpha0 = 0;
+  // -ln of what a broken layer closes to, 0: none breaks; Jp at which cohesion is gone
+  float collapse = 0, jp_broken = 1e30f;
 };
 
 struct StepParams {

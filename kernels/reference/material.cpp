@@ -73,6 +73,20 @@ double clay_energy(const MaterialParams& p, const double f[9]) {
   return p.mu / 2 * (std::pow(j, -2.0 / 3) * norm2 - 3) + kappa_of(p) / 2 * ((j * j - 1) / 2 - std::log(j));
 }
 
+// Cohesion and p0 / kappa of clay; Jp < 0 where a layer has lost its cohesion.
+double clay_cohesion(const MaterialParams& p, double jp) { return jp < 0 ? 0 : p.cohesion; }
+double clay_strength(const MaterialParams& p, double jp) {
+  const double alpha = (jp < 0 ? p.collapse : p.alpha0) + std::log(std::fabs(jp));
+  return 1e-5 + std::sinh(std::fmin(p.hardening * std::fmax(-alpha, 0), 20));
+}
+
+double hardened_clay(const MaterialParams& p, double jp, double ratio) {
+  if (jp < 0) return -clamped(-jp * ratio, p.jp_min, p.jp_max);
+  if (p.collapse > 0) ratio = std::fmax(ratio, 1 / ratio);
+  jp = clamped(jp * ratio, p.jp_min, p.jp_max);
+  return jp < p.jp_broken ? jp : -1;
+}
+
 // Gaume et al. 2018, the volume kept exactly where it shears.
 bool project_clay(const MaterialParams& p, double f[9], double& jp) {
   double u[9], s[3], v[9], hat[3], j = 1, mean = 0, size2 = 0, sheared_j = 1;
@@ -88,8 +102,7 @@ bool project_clay(const MaterialParams& p, double f[9], double& jp) {
     hat[i] = s[i] * s[i] - mean;
     size2 += std::pow(p.mu * std::pow(j, -2.0 / 3) * hat[i], 2);
   }
-  const double kappa = kappa_of(p), alpha = p.alpha0 + std::log(jp), beta = p.cohesion;
-  const double p0 = kappa * (1e-5 + std::sinh(std::fmin(p.hardening * std::fmax(-alpha, 0), 20)));
+  const double kappa = kappa_of(p), beta = clay_cohesion(p, jp), p0 = kappa * clay_strength(p, jp);
   const double pressure = -kappa / 2 * (j * j - 1), a = 1.5 * (1 + 2 * beta);
   const auto volume_at = [&](double at) { return std::sqrt(std::fmax(1 - 2 * at / kappa, 1e-3)); };
   double after = j;  // the volume that hardening counts
@@ -107,7 +120,7 @@ bool project_clay(const MaterialParams& p, double f[9], double& jp) {
     return false;
   }
   compose(u, s, v, f);
-  jp = clamped(jp * j / after, p.jp_min, p.jp_max);
+  jp = hardened_clay(p, jp, j / after);
   return true;
 }
 

@@ -30,6 +30,8 @@ struct Material {
   // cam_clay; `hardening` is its xi
   double compressive_strength = 1e3;  // Pa, p0 at the start
   double cohesion_ratio = 0.3;        // beta: tensile strength / compressive strength
+  // -ln of the volume ratio by which a layer closes once it has lost its cohesion; 0: it keeps cohesion
+  double collapse = 0;
 };
 
 struct ElasticModuli {

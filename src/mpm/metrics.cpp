@@ -34,7 +34,7 @@ double volume_as_placed(const Simulation::State& s, std::size_t i) {
 }
 double volume_now(const Simulation::State& s, std::size_t i) {
   const kernels::ParticleView p = s.particles.view();
-  return volume_as_placed(s, i) * matrix_at(p.F, i).determinant() * p.Jp[i];
+  return volume_as_placed(s, i) * matrix_at(p.F, i).determinant() * std::abs(p.Jp[i]);
 }
 
 void add_particle(const Simulation::State& s, const BlockCoord& block, std::size_t i, double energy_density,

@@ -78,6 +78,9 @@ kernels::MaterialParams material_params(const Material& m) {
     out.slope2 = static_cast<float>(slope * slope);
     out.cohesion = static_cast<float>(m.cohesion_ratio);
     out.alpha0 = static_cast<float>(initial_compaction(m));
+    out.collapse = static_cast<float>(m.collapse);
+    if (m.collapse > 0)
+      out.jp_broken = static_cast<float>(std::min(std::exp(-initial_compaction(m)), m.jp_max));
   }
   return out;
 }

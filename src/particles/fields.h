@@ -18,7 +18,7 @@ inline constexpr Field kFields[] = {
     {"v", 3, "m/s", "velocity"},
     {"C", 9, "1/s", "APIC velocity gradient, row-major"},
     {"F", 9, "-", "elastic deformation gradient, row-major"},
-    {"Jp", 1, "-", "plastic volume ratio"},
+    {"Jp", 1, "-", "plastic volume ratio; negative: a layer that collapses has lost its cohesion"},
     {"m", 1, "kg", "mass"},
     {"id", 1, "-", "number, constant over the run"},
     {"object", 1, "-", "index of the snow object it came from"},

@@ -125,6 +125,11 @@ void add_material_keys(TableBuilder<SnowConfig>& t) {
          .meaning = "p0: even pressure at which it crushes, at the start"});
   t.key("cohesion_ratio", part(&Material::cohesion_ratio),
         {.range = between(0, 1), .with = clay, .meaning = "beta: tensile over compressive strength"});
+  t.key("collapse", part(&Material::collapse),
+        {.range = between(0, 0.4),
+         .with = clay,
+         .meaning = "weak layer: softens however it yields, loses its cohesion and closes by this "
+                    "logarithmic strain before it bears again; 0: it does not"});
 }
 
 TableSpec snow_table() {

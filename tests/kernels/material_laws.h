@@ -39,7 +39,8 @@ void check_yield_is_the_references(const std::vector<kernels::MaterialParams>& m
       for (int k = 0; k < 9; ++k) before[k] = original.view().F[k][i];
       kernels::reference::svd(before, u, s, v);
       for (int k = 0; k < 9; ++k) CHECK(std::isfinite(p.F[k][i]));
-      jp_error.add(std::fabs(p.Jp[i] - particles[i].Jp) / particles[i].Jp * std::min(1.0, std::fabs(s[2])));
+      jp_error.add(std::fabs(p.Jp[i] - particles[i].Jp) / std::fabs(particles[i].Jp) *
+                   std::min(1.0, std::fabs(s[2])));
       // Where two singular values meet with opposite signs, or vanish together, U is not unique: F may
       // differ.
       if (s[1] + s[2] <= 0.05 * s[0]) continue;

@@ -7,6 +7,7 @@
 
 #include "src/core/rng.h"
 #include "src/mpm/percentile.h"
+#include "src/scene/presets.h"
 #include "tests/catch.h"
 #include "tests/physics/snow.h"
 
@@ -56,6 +57,17 @@ TEST_CASE("snow as placed has its own density, loose and packed snow what Jp mak
   CHECK(m.density_p05 == Approx(320).epsilon(1e-5));
   CHECK(m.density_p50 == Approx(400).epsilon(1e-5));
   CHECK(m.density_p95 == Approx(500).epsilon(1e-5));
+}
+
+TEST_CASE("the sign of Jp, lost cohesion, does not count in the density", "[physics]") {
+  SimulationSetup setup;
+  setup.dx = 0.02;
+  setup.snow.push_back(
+      fill(Vec3::Zero(), Vec3(0.2, 0.2, 0.2), setup.dx, 2, find_preset("weak_layer").material));
+  setup.snow[0].packing.assign(setup.snow[0].position.size(), -0.8f);
+  const Metrics m = Simulation(best_kernels(), setup).metrics();
+  CHECK(m.density_p50 == Approx(150 / 0.8).epsilon(1e-5));
+  CHECK(m.volume == Approx(0.8 * 0.008).epsilon(1e-5));
 }
 
 TEST_CASE("the front runs down the steepest plane, and along +x where none is tilted", "[physics]") {
