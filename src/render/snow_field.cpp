@@ -23,10 +23,11 @@ constexpr std::uint32_t kNone = 0xffffffffu;
 constexpr float kLevel = 0.5f;
 // A particle whose place is filled less than this counts as much more as it lacks, up to a limit: snow that
 // is stretched to kCompany / kMostCompany of its density stays closed.
-constexpr float kCompany = 0.6f, kMostCompany = 1.7f;
-// Spacings: the ball of a particle's own volume. It shrinks as the fill at the particle's place grows from
-// kLone to kCovered, where it is under the surface.
-constexpr float kLooseRadius = 0.62f, kLone = 0.42f, kCovered = 0.54f, kCoveredRadius = 0.1f;
+constexpr float kCompany = 0.55f, kMostCompany = 6.0f;
+constexpr int kCompanyRounds = 3;
+// Spacings: the ball of a particle's own volume. A particle that is alone fills its place by kLone at most;
+// the ball shrinks as the others fill more of it, up to kCovered, where the surface takes over.
+constexpr float kLooseRadius = 0.62f, kLone = 0.11f, kCovered = 0.2f, kCoveredRadius = 0.1f;
 
 int corner_index(int x, int y, int z) { return (x * kCornerSide + y) * kCornerSide + z; }
 int tile_index(int x, int y, int z) {  // from -1
@@ -116,27 +117,35 @@ void SnowField::splat(const std::vector<float>& amount, std::vector<float>& corn
   gather_corners(corners, false);
 }
 
-// Adds to the fill what particles with little company count for more.
+// Adds to the fill what particles with little company count for more. What one adds, its neighbours feel: a
+// few rounds bring most places to kCompany.
 void SnowField::add_company(const std::vector<float>& volume) {
   const kernels::TraceGrid& grid = grid_->view();
   const std::size_t slots = grid_->brick_of_slot().size();
-  std::vector<float> more(volume.size(), 0.f);
-  parallel_for(slots, 16, [&](std::size_t slot) {
-    for (int c = 0; c < kCellsPerBrick; ++c) {
-      const std::size_t cell = slot * kCellsPerBrick + static_cast<std::size_t>(c);
-      const float* corner = &fill_[slot * kBrickCorners + corner_index(c >> 4, c >> 2 & 3, c & 3)];
-      float least = corner[0];
-      for (int k = 1; k < 8; ++k) least = std::min(least, corner[corner_index(k >> 2, k >> 1 & 1, k & 1)]);
-      if (least >= kCompany) continue;
-      for (std::uint32_t s = grid.cell_start[cell]; s < grid.cell_start[cell + 1]; ++s) {
-        const float here = fill(grid_->center(s));
-        if (here < kCompany)
-          more[s] = volume[s] * (std::min(kCompany / std::max(here, 1e-3f), kMostCompany) - 1);
+  std::vector<float> counts(volume.size(), 1.f), more(volume.size());
+  for (int round = 0; round < kCompanyRounds; ++round) {
+    std::fill(more.begin(), more.end(), 0.f);
+    parallel_for(slots, 16, [&](std::size_t slot) {
+      for (int c = 0; c < kCellsPerBrick; ++c) {
+        const std::size_t cell = slot * kCellsPerBrick + static_cast<std::size_t>(c);
+        if (grid.cell_start[cell] == grid.cell_start[cell + 1]) continue;
+        const float* corner = &fill_[slot * kBrickCorners + corner_index(c >> 4, c >> 2 & 3, c & 3)];
+        float least = corner[0];
+        for (int k = 1; k < 8; ++k) least = std::min(least, corner[corner_index(k >> 2, k >> 1 & 1, k & 1)]);
+        if (least >= kCompany) continue;
+        for (std::uint32_t s = grid.cell_start[cell]; s < grid.cell_start[cell + 1]; ++s) {
+          const float here = fill(grid_->center(s));
+          if (!(here < kCompany) || counts[s] >= kMostCompany) continue;
+          const float wanted = std::min(counts[s] * kCompany / std::max(here, 1e-3f), kMostCompany);
+          more[s] = volume[s] * (wanted - counts[s]);
+          counts[s] = wanted;
+        }
       }
-    }
-  });
-  splat_bricks(more);
-  if (!tile_.empty()) gather_corners(fill_, true);
+    });
+    splat_bricks(more);
+    if (tile_.empty()) return;
+    gather_corners(fill_, true);
+  }
 }
 
 // m, by sorted index: of the ball that a particle is beside the surface; -1 for one that the surface covers.
@@ -260,8 +269,8 @@ void SnowField::build(RenderGrid& grid, const Snapshot& snapshot, const std::vec
   } else {
     splat(volume, fill_);
   }
-  add_company(volume);
   grid.set_radii(loose_radii(snapshot));
+  add_company(volume);
   find_kinds();
   close_bricks();
   measure_gradients();

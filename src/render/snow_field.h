@@ -3,8 +3,8 @@
 // corners. `density` is the mass by P2G's weights: its integral is the particles' mass. `fill` is the same of
 // the volume that particles were placed with, 1 in evenly packed snow; where it is half that, the smooth
 // surface lies. Particles with little company count for a little more in the fill, so that snow which
-// stretches stays closed until it tears; those that the surface does not cover even so are loose: balls of
-// their own volume beside it. Both fields are trilinear between corners.
+// stretches stays closed until it tears; those that are all but alone are loose: balls of their own
+// volume beside it. Both fields are trilinear between corners.
 #pragma once
 #include <cstdint>
 #include <vector>
