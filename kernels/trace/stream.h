@@ -30,7 +30,7 @@ class Stream {
   Stream(const TraceGrid& grid, const RayView& rays, std::size_t begin, std::size_t end, Cells cells)
       : grid_(grid), rays_(rays), cells_(cells), next_(begin), end_(end) {}
 
-  void run() {
+  FIRN_INLINE void run() {  // into its caller, so that the walk lives in registers
     Mask live = mask_of_bits(0);
     for (;;) {
       if ((waiting_ != 0 || next_ < end_) &&
@@ -40,11 +40,15 @@ class Stream {
       const Ints slot = gather(grid_.slot, walk_.brick(grid_), live);
       const Mask empty = live & less(slot, splat_int(0)), occupied = live & !empty;
       Mask done = mask_of_bits(0);
-      if (any(occupied)) {
+      const int leaping = __builtin_popcount(static_cast<unsigned>(lane_bits(empty)));
+      const int walking = __builtin_popcount(static_cast<unsigned>(lane_bits(occupied)));
+      // Few lanes wait until there are more of their kind.
+      const bool leap = leaping >= kFew || walking == 0, walk = walking >= kFew || !leap;
+      if (walk) {
         done = cells_.meet(walk_, slot, occupied, lane_);
         done = done | walk_.step(grid_, occupied & !done, load(lane_.reach));
       }
-      if (any(empty)) {
+      if (leap) {
         cells_.pass(empty);
         done = done | walk_.leap(grid_, empty, -slot, load(lane_.reach));
       }
@@ -56,11 +60,12 @@ class Stream {
   }
 
  private:
+  static constexpr int kFew = kLanes * 3 / 8;
   static constexpr std::size_t kStage = 16;
   static constexpr int kMostIdle = kLanes / 4;  // lanes without a ray before the stream is asked for more
 
   // Gives the idle lanes rays that meet the grid; what the others find is known at once.
-  Mask take_rays(Mask live) {
+  FIRN_INLINE Mask take_rays(Mask live) {
     int fresh = 0;
     for (int idle = ~lane_bits(live) & kAllLanes; idle != 0; idle &= idle - 1) {
       while (waiting_ == 0 && next_ < end_) stage_rays();
@@ -79,7 +84,7 @@ class Stream {
   }
 
   // Reads the next rays of the stream and moves them to the grid's edge.
-  void stage_rays() {
+  FIRN_INLINE void stage_rays() {
     staged_ = next_;
     const std::size_t count = end_ - next_ < kStage ? end_ - next_ : kStage;
     next_ += count;
@@ -109,7 +114,7 @@ class Stream {
     }
   }
 
-  void give(int k, int lane) {
+  FIRN_INLINE void give(int k, int lane) {
     for (int a = 0; a < 3; ++a) {
       lane_.o[a][lane] = stage_.o[a][k];
       lane_.d[a][lane] = stage_.d[a][k];
@@ -120,7 +125,7 @@ class Stream {
     lane_.ray[lane] = staged_ + static_cast<std::size_t>(k);
   }
 
-  void finish(int lanes) {
+  FIRN_INLINE void finish(int lanes) {
     for (; lanes != 0; lanes &= lanes - 1) {
       const int lane = __builtin_ctz(static_cast<unsigned>(lanes));
       if (lane_.particle[lane] == kNoHit) continue;
