@@ -13,6 +13,7 @@
 #include "src/mpm/frame.h"
 #include "src/mpm/simulation.h"
 #include "src/mpm/sleep.h"
+#include "src/mpm/thin_colliders.h"
 #include "src/particles/blocks.h"
 #include "src/particles/columns.h"
 #include "src/particles/sort.h"
@@ -31,6 +32,7 @@ struct Simulation::State {
       : kernels(table),
         front(front_direction(scene)),
         setup(in_frame(std::move(scene))),
+        thin_indices(find_thin(setup.colliders, setup.dx)),
         forces(setup.colliders.size()) {}
 
   const kernels::KernelTable& kernels;
@@ -50,6 +52,7 @@ struct Simulation::State {
   ActiveBlocks active;
   std::vector<float> held_dt;  // s, the dt with which the tile of a held block was made; 0: none
 
+  std::vector<std::size_t> thin_indices;  // of the colliders whose particles are watched
   ContactForces forces;
   std::vector<double> chunk_impulses;   // N s, of a step: a vector a collider a chunk of grid blocks
   std::vector<SleepingNodes> sleeping;  // of each grid block
@@ -79,6 +82,7 @@ struct Simulation::State {
   void particles_to_grid(const kernels::StepParams& params);
   void update_grid(const kernels::StepParams& params);
   void grid_to_particles(const kernels::StepParams& params);
+  void stop_at_thin_colliders(double dt);  // thin_colliders.cpp
   void note_rest(double dt);
   void find_active();
   void summarise();  // `summary` of the particles as they stand

@@ -228,6 +228,7 @@ void Simulation::State::step(double dt) {
   forces.add_sleepers(dt);
   done("grid");
   grid_to_particles(params);
+  stop_at_thin_colliders(dt);
   done("g2p");
   particle_steps += particles.size() - asleep();
   note_rest(dt);
