@@ -158,16 +158,55 @@ def saw(tables):
     return plot
 
 
+def free_body(table):
+    of = table["body"]
+    plot = Plot("Free body, stirred and spinning: change of what it keeps, allowed 10 and 100", "steps",
+                "change (10\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT SIX})")
+    plot.line(of["step"], [1e6 * value for value in of["momentum"]], 0, "momentum")
+    plot.line(of["step"], [1e6 * value for value in of["angular_momentum"]], 1, "angular momentum")
+    return plot
+
+
+def rotation(table):
+    of = table["ball"]
+    plot = Plot("Rigidly rotating ball: kinetic energy over a turn", "turns", "energy / start", (0, 1), (0.985, 1.015))
+    plot.band([0, 1], [0.99, 0.99], [1.01, 1.01], "\N{PLUS-MINUS SIGN} 1 %", 0)
+    plot.line(of["turns"], of["energy"], 0, "measured")
+    return plot
+
+
+def drag(table):
+    return against_law(Plot("Flakes that fall from rest", "time (v_t / g)", "speed (v_t)"), table, "time", "speed", "expected")
+
+
+def rolling(tables):
+    plot = Plot("A ball rolls down a slope: what it gathers", "way (m)", "gathered / own mass", (0, 1.5), (0, 0.45))
+    plot.law([0, 1.5], [0.25, 0.25], "at the end: above with cohesion")
+    plot.law([0, 1.5], [0.05, 0.05], "below without", 1)
+    for ink, (name, of) in enumerate({**tables["rolling_sticky"], **tables["rolling_loose"]}.items()):
+        plot.line(of["way_m"], of["grown"], ink, name)
+    return plot
+
+
+def slab(tables):
+    plot = Plot("A slab on a weak layer on 38\N{DEGREE SIGN}: way down the slope", "time (s)", "way (m)")
+    for ink, (name, of) in enumerate({**tables["slab_uncut"], **tables["slab_struck"]}.items()):
+        plot.line(of["time_s"], of["way_m"], ink, name)
+    return plot
+
+
 def main(folder):
     curves = {path.stem: read(path) for path in sorted(Path(folder).glob("*.csv"))}
     OUT.mkdir(exist_ok=True)
     for name, draw in (("bar", bar), ("free_fall", free_fall), ("self_weight", self_weight), ("incline", incline), ("cone", cone),
                        ("yield_depth", yield_depth), ("collision", collision), ("packing", packing), ("presets", presets),
-                       ("weight", weight)):
+                       ("weight", weight), ("free_body", free_body), ("rotation", rotation), ("drag", drag)):
         draw(curves[name]).save(OUT / f"{name}.svg")
     momentum(curves["collision"]).save(OUT / "momentum.svg")
     columns(curves).save(OUT / "columns.svg")
     saw(curves).save(OUT / "saw.svg")
+    rolling(curves).save(OUT / "rolling.svg")
+    slab(curves).save(OUT / "slab.svg")
     print(f"{OUT.relative_to(ROOT)}: {len(list(OUT.glob('*.svg')))} figures")
 
 

@@ -161,6 +161,7 @@ void Simulation::State::grid_to_particles(const kernels::StepParams& params) {
     kernels.mpm.assemble_tile(around, tile);
     kernels.mpm.g2p(params, materials.data(), view, range_of(b), tile, &summaries[b]);
   });
+  stop_at_thin_colliders(params.dt);
   summary = combine(summaries);
   plastic_work += static_cast<double>(summary.plastic_work) / work_quanta;
 }
@@ -228,7 +229,6 @@ void Simulation::State::step(double dt) {
   forces.add_sleepers(dt);
   done("grid");
   grid_to_particles(params);
-  stop_at_thin_colliders(dt);
   done("g2p");
   particle_steps += particles.size() - asleep();
   note_rest(dt);

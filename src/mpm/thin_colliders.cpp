@@ -16,7 +16,10 @@ namespace {
 constexpr double kThinCells = 2;
 constexpr double kUnbounded = 1e300;
 constexpr double kClear = 1e-4;  // of the collider's thickness: particles are set down this far outside
-constexpr int kMostSteps = 64;   // on the way to the surface; each goes as far as is free
+// Cells that a particle is set back in one step: snow that a motion has squeezed deep into the collider comes
+// out over some steps, and never leaves its block's margin unseen.
+constexpr double kMostBack = 1;
+constexpr int kMostSteps = 64;  // on the way to the surface; each goes as far as is free
 
 struct Thickness {
   double operator()(const Ball& ball) const { return 2 * ball.radius; }
@@ -132,11 +135,17 @@ void Simulation::State::stop_at_thin_colliders(double dt) {
         Vec3 y = world_in_block(block, cells, setup.dx), v = moved;
         const Vec3 x = y - dt * moved, stopped_from = y;
         if (!stop_at(thin[k], x, y, v)) continue;
-        const Vec3 back = (y - stopped_from) / setup.dx * kernels::kOneCell;
+        Vec3 back = (y - stopped_from) / setup.dx;  // cells
+        if (back.norm() > kMostBack) back *= kMostBack / back.norm();
+        bool strayed = false;
         for (int axis = 0; axis < 3; ++axis) {
-          p.x[axis][i] += static_cast<std::int32_t>(std::lround(back[axis]));
+          p.x[axis][i] += static_cast<std::int32_t>(std::lround(back[axis] * kernels::kOneCell));
           p.v[axis][i] = static_cast<float>(v[axis]);
+          strayed = strayed || p.x[axis][i] < -kernels::kOneCell || p.x[axis][i] >= 5 * kernels::kOneCell;
         }
+        kernels::BlockSummary& told = summaries[awake[n]];
+        told.strayed |= strayed;
+        told.speed2 = std::max(told.speed2, static_cast<float>(v.squaredNorm()));
         impulses[n * thin.size() + k] += p.m[i] * (v - moved);
       }
     }

@@ -23,7 +23,7 @@ void spin(PlacedSnow& snow, const Vec3& center, const Vec3& omega) {
 
 }  // namespace
 
-TEST_CASE("a free body keeps its mass, momentum and angular momentum over 1000 steps", "[physics]") {
+TEST_CASE("a free body keeps its mass, momentum and angular momentum over 1000 steps", "[physics][figure]") {
   SimulationSetup setup = weightless(0.01);
   const Vec3 center(0.3, 0.2, -0.1);
   setup.snow.push_back(ball(center, 0.06, setup.dx, elastic(), Vec3(0.5, 0.2, -0.3)));
@@ -35,7 +35,15 @@ TEST_CASE("a free body keeps its mass, momentum and angular momentum over 1000 s
   setup.check_energy_bound = false;
   Simulation simulation(best_kernels(), setup);
   const Metrics before = simulation.metrics();
-  for (int i = 0; i < 1000; ++i) simulation.step(1e-4);
+  Curve curve("free_body", "series,step,momentum,angular_momentum");
+  for (int i = 1; i <= 1000; ++i) {
+    simulation.step(1e-4);
+    if (i % 20 != 0) continue;
+    const Metrics now = simulation.metrics();
+    curve.add("body",
+              {double(i), (now.momentum - before.momentum).norm() / before.momentum.norm(),
+               (now.angular_momentum - before.angular_momentum).norm() / before.angular_momentum.norm()});
+  }
   const Metrics after = simulation.metrics();
   CHECK(after.mass == before.mass);
   CHECK((after.momentum - before.momentum).norm() < 1e-5 * before.momentum.norm());
@@ -83,14 +91,18 @@ TEST_CASE("snow that drifts at 1 mm/s, 100 m from the origin, moves as it should
   }
 }
 
-TEST_CASE("a rigidly rotating body keeps its kinetic energy to 1 % over a turn", "[physics]") {
+TEST_CASE("a rigidly rotating body keeps its kinetic energy to 1 % over a turn", "[physics][figure]") {
   SimulationSetup setup = weightless(0.01);
   setup.snow.push_back(ball(Vec3::Zero(), 0.08, setup.dx, elastic(), Vec3::Zero()));
   spin(setup.snow[0], Vec3::Zero(), Vec3(0, 0, 10));
   Simulation simulation(best_kernels(), setup);
   simulation.advance_to(0.05, kNeverStop);  // the body first takes the strain of its spin
   const double before = simulation.metrics().kinetic_energy;
-  simulation.advance_to(0.05 + 2 * M_PI / 10, kNeverStop);
+  Curve curve("rotation", "series,turns,energy");
+  for (int k = 1; k <= 40; ++k) {
+    simulation.advance_to(0.05 + 2 * M_PI / 10 * k / 40, kNeverStop);
+    curve.add("ball", {k / 40., simulation.metrics().kinetic_energy / before});
+  }
   CHECK(simulation.metrics().kinetic_energy == Approx(before).epsilon(0.01));
 }
 

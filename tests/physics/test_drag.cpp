@@ -4,6 +4,7 @@
 
 #include "src/core/error.h"
 #include "tests/catch.h"
+#include "tests/physics/curve.h"
 #include "tests/physics/snow.h"
 
 using namespace firn;
@@ -38,12 +39,15 @@ Vec3 mean_velocity(const Metrics& m) { return m.momentum / m.mass; }
 
 }  // namespace
 
-TEST_CASE("a flake that falls from rest gains v_t tanh(g t / v_t) and ends at v_t", "[physics]") {
+TEST_CASE("a flake that falls from rest gains v_t tanh(g t / v_t) and ends at v_t", "[physics][figure]") {
+  Curve curve("drag", "series,time,speed,expected");
   for (const double terminal : {0.25, 1.0, 4.0}) {
     Simulation simulation(best_kernels(), in_the_air(flake(Vec3::Zero(), terminal)));
     const double start = simulation.metrics().bounds.center().y();
-    for (const double share : {0.1, 0.3, 1.0, 3.0, 6.0}) {  // of the time v_t / g
+    for (const double share : {0.1, 0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0}) {  // of the time v_t / g
       simulation.advance_to(share * terminal / 9.81, kNeverStop);
+      curve.add(std::to_string(terminal).substr(0, 4) + " m/s",
+                {share, -mean_velocity(simulation.metrics()).y() / terminal, std::tanh(share)});
       INFO(terminal << " m/s, " << share);
       CHECK(mean_velocity(simulation.metrics()).y() == Approx(-terminal * std::tanh(share)).epsilon(0.01));
     }

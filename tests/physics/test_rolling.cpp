@@ -3,6 +3,7 @@
 // snows are those of scenes/rolling_ball.toml.
 #include "src/scene/presets.h"
 #include "tests/catch.h"
+#include "tests/physics/curve.h"
 #include "tests/physics/snow.h"
 
 using namespace firn;
@@ -93,12 +94,18 @@ double mass(const PlacedSnow& snow) {
 }  // namespace
 
 TEST_CASE("a ball that rolls down a slope of sticky snow winds it up and grows by a quarter in 1.4 m",
-          "[physics]") {
+          "[physics][figure]") {
   const SimulationSetup setup = slope(sticky_layer());
   Simulation simulation(best_kernels(), setup);
   Rolling last;
+  Curve curve("rolling_sticky", "series,way_m,grown,rolls");
   for (const double time : {0.3, 0.6, 0.9}) {
-    simulation.advance_to(time, kNeverStop);
+    for (int part = 5; part >= 0; --part) {
+      simulation.advance_to(time - 0.05 * part, kNeverStop);
+      const Rolling r = rolling(simulation, mass(setup.snow[0]), sticky_layer());
+      curve.add("sticky layer", {r.center.x() - setup.snow[0].position[0].x(), r.grown,
+                                 r.spin * r.center.y() / r.velocity.x()});
+    }
     const Rolling now = rolling(simulation, mass(setup.snow[0]), sticky_layer());
     // It rolls on the bare ground under it: its centre moves at the spin times the height, to 15 %.
     INFO(time << " s, at " << now.center.x() << " m, " << now.velocity.x() << " m/s, grown " << now.grown);
@@ -114,15 +121,20 @@ TEST_CASE("a ball that rolls down a slope of sticky snow winds it up and grows b
 TEST_CASE(
     "a ball that rolls down a slope of powder, or of the same layer without cohesion, gathers next to "
     "nothing",
-    "[physics]") {
+    "[physics][figure]") {
   Material crumbly = sticky_layer();
   crumbly.critical_stretch = 0.001;
+  Curve curve("rolling_loose", "series,way_m,grown,rolls");
   for (const Material& layer : {find_preset("powder").material, crumbly}) {
     const SimulationSetup setup = slope(layer);
     Simulation simulation(best_kernels(), setup);
-    for (const double time : {0.3, 0.6, 0.9}) {  // some is thrown up and falls again
-      simulation.advance_to(time, kNeverStop);
-      CHECK(rolling(simulation, mass(setup.snow[0]), layer).grown < 0.1);
+    for (int k = 1; k <= 18; ++k) {  // some is thrown up and falls again
+      simulation.advance_to(0.05 * k, kNeverStop);
+      const Rolling r = rolling(simulation, mass(setup.snow[0]), layer);
+      CHECK(r.grown < 0.1);
+      curve.add(
+          layer.model == MaterialModel::snow ? "no cohesion" : "powder",
+          {r.center.x() - setup.snow[0].position[0].x(), r.grown, r.spin * r.center.y() / r.velocity.x()});
     }
     CHECK(rolling(simulation, mass(setup.snow[0]), layer).grown < 0.05);
   }
