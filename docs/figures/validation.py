@@ -180,9 +180,9 @@ def drag(table):
 
 
 def rolling(tables):
-    plot = Plot("A ball rolls down a slope: what it gathers", "way (m)", "gathered / own mass", (0, 1.5), (0, 0.45))
-    plot.law([0, 1.5], [0.25, 0.25], "at the end: above with cohesion")
-    plot.law([0, 1.5], [0.05, 0.05], "below without", 1)
+    plot = Plot("A ball rolls down a slope: what it gathers", "way (m)", "gathered / own mass", (0, 1.8), (0, 0.5))
+    plot.law([1.2, 1.8], [0.25, 0.25], "sticky: at least")
+    plot.law([1.2, 1.8], [0.05, 0.05], "others: at most", 1)
     for ink, (name, of) in enumerate({**tables["rolling_sticky"], **tables["rolling_loose"]}.items()):
         plot.line(of["way_m"], of["grown"], ink, name)
     return plot

@@ -105,8 +105,8 @@ TEST_CASE("broken at one spot, the weak layer lets the whole slab below go, and 
   const auto advance_to = [&](double time) {
     for (double t = simulation.time() + 0.1; t < time - 0.05; t += 0.1) {
       simulation.advance_to(t, kNeverStop);
-      curve.add("struck, below", {t, part_of(simulation, setup, kTrigger + 0.5, kLength).way});
-      curve.add("struck, above the crown", {t, part_of(simulation, setup, 0, kCrown).way});
+      curve.add("struck: below", {t, part_of(simulation, setup, kTrigger + 0.5, kLength).way});
+      curve.add("struck: crown", {t, part_of(simulation, setup, 0, kCrown).way});
     }
     simulation.advance_to(time, kNeverStop);
   };
