@@ -86,8 +86,8 @@ def columns(tables):
         expected = [law(a) for a in aspects]
         plot.band(aspects, [0.8 * e for e in expected], [1.2 * e for e in expected], "\N{PLUS-MINUS SIGN} 20 %", ink)
         plot.law(aspects, expected, "laboratory", ink)
-        for of in table.values():
-            plot.points(of["aspect"], of["run_out"], ink, label)
+        for finer, (name, of) in enumerate(table.items()):
+            plot.points(of["aspect"], of["run_out"], ink + 2 * finer, f"{label}, {name}" if finer else label)
 
     add("channel, 33\N{DEGREE SIGN}", lambda a: 1.2 * a if a < 2.3 else 1.9 * a ** (2 / 3), tables["channel_column"], 0)
     add("round, 30\N{DEGREE SIGN}", lambda a: 1.24 * a if a < 1.7 else 1.6 * a ** 0.5, tables["round_column"], 1)

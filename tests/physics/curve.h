@@ -10,6 +10,9 @@
 
 namespace firn::test {
 
+// Whether figures are made: then tests may add larger sizes than a test should take.
+inline bool makes_figures() { return std::getenv("FIRN_FIGURES") != nullptr; }
+
 class Curve {
  public:
   // columns: the header line, units in the names; the first column is the series that a row belongs to.
