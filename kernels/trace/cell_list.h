@@ -9,9 +9,6 @@
 
 namespace firn::kernels::FIRN_ISA {
 
-// Balls are entered in every cell within this of them, in cells: covers the rounding of a ray's walk.
-inline constexpr float kCellMargin = 1e-3f;
-
 FIRN_INLINE std::size_t brick_at(const TraceGrid& grid, int x, int y, int z) {
   return (static_cast<std::size_t>(x) * grid.bricks[1] + y) * grid.bricks[2] + z;
 }

@@ -28,8 +28,10 @@ struct alignas(64) BallBundle {
 // r2[n] where radii differ. 0 is an empty one.
 inline constexpr std::uint32_t kUnlisted = 0xffffffffu;  // nobody has asked yet
 inline constexpr std::uint32_t kNoList = 0xfffffffeu;  // there is none (yet): read the cells around by centre
-inline constexpr std::uint32_t kMostListed = 255;      // balls
-inline constexpr std::size_t kListUnit = 16;           // floats
+// Balls are entered in every cell within this of them, in cells: covers the rounding of a ray's walk.
+inline constexpr float kCellMargin = 1e-3f;
+inline constexpr std::uint32_t kMostListed = 255;  // balls
+inline constexpr std::size_t kListUnit = 16;       // floats
 inline constexpr std::uint64_t kMostUnits = (1ull << 24) - 1;
 
 struct TraceGrid {

@@ -13,26 +13,16 @@ namespace firn {
 namespace {
 
 using kernels::kBrickCells;
+using kernels::kCellMargin;
 using kernels::kCellsPerBrick;
 
 constexpr std::size_t kChunk = 8192;
 constexpr std::size_t kSortChunks = 32;  // at most; each counts all bricks
 constexpr int kMaxClearance = 15;        // bricks
-// Balls are entered in every cell within this of them, in cells: covers the rounding of a ray's walk.
-constexpr float kCellMargin = 1e-3f;
 // Room for lists: one unit (64 bytes) for so many balls of the grid. Cells that find none left are read by
 // centre.
 constexpr std::size_t kBallsPerUnit = 7;
 constexpr float kFieldReach = 2.5f;  // cells: P2G's weights reach 1.5, and the corners there fill one more
-
-std::size_t brick_index(const kernels::TraceGrid& grid, int bx, int by, int bz) {
-  return (static_cast<std::size_t>(bx) * grid.bricks[1] + by) * grid.bricks[2] + bz;
-}
-void brick_place(const kernels::TraceGrid& grid, std::size_t brick, int place[3]) {
-  place[0] = static_cast<int>(brick / grid.bricks[2] / grid.bricks[1]);
-  place[1] = static_cast<int>(brick / grid.bricks[2] % grid.bricks[1]);
-  place[2] = static_cast<int>(brick % grid.bricks[2]);
-}
 
 }  // namespace
 

@@ -22,12 +22,21 @@ inline constexpr std::size_t kNoCell = SIZE_MAX;
 // TraceGrid::slot has it.
 void measure_clearance(const int bricks[3], std::vector<std::int32_t>& slot);
 
+// A brick's place in the table, and back to where it lies.
+inline std::size_t brick_index(const kernels::TraceGrid& grid, int x, int y, int z) {
+  return (static_cast<std::size_t>(x) * grid.bricks[1] + y) * grid.bricks[2] + z;
+}
+inline void brick_place(const kernels::TraceGrid& grid, std::size_t brick, int place[3]) {
+  place[0] = static_cast<int>(brick / grid.bricks[2] / grid.bricks[1]);
+  place[1] = static_cast<int>(brick / grid.bricks[2] % grid.bricks[1]);
+  place[2] = static_cast<int>(brick % grid.bricks[2]);
+}
+
 // A cell's place in cell_start and list; kNoCell outside the occupied bricks.
 inline std::size_t cell_index(const kernels::TraceGrid& grid, int x, int y, int z) {
   if (x < 0 || y < 0 || z < 0 || x >= grid.cells[0] || y >= grid.cells[1] || z >= grid.cells[2])
     return kNoCell;
-  const std::int32_t slot =
-      grid.slot[(static_cast<std::size_t>(x >> 2) * grid.bricks[1] + (y >> 2)) * grid.bricks[2] + (z >> 2)];
+  const std::int32_t slot = grid.slot[brick_index(grid, x >> 2, y >> 2, z >> 2)];
   if (slot < 0) return kNoCell;
   return static_cast<std::size_t>(slot) * kernels::kCellsPerBrick + ((x & 3) << 4) + ((y & 3) << 2) + (z & 3);
 }

@@ -39,15 +39,14 @@ int tile_index(int x, int y, int z) {  // from -1
 // The slot of the k-th of the 27 bricks around, or SIZE_MAX.
 std::size_t SnowField::around(std::size_t slot, int k) const {
   const kernels::TraceGrid& grid = grid_->view();
-  const std::size_t brick = grid_->brick_of_slot()[slot];
-  const int p[3] = {static_cast<int>(brick / grid.bricks[2] / grid.bricks[1]) + k / 9 - 1,
-                    static_cast<int>(brick / grid.bricks[2] % grid.bricks[1]) + k / 3 % 3 - 1,
-                    static_cast<int>(brick % grid.bricks[2]) + k % 3 - 1};
+  int p[3];
+  brick_place(grid, grid_->brick_of_slot()[slot], p);
+  const int step[3] = {k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1};
   for (int a = 0; a < 3; ++a) {
+    p[a] += step[a];
     if (p[a] < 0 || p[a] >= grid.bricks[a]) return SIZE_MAX;
   }
-  const std::int32_t its =
-      grid.slot[(static_cast<std::size_t>(p[0]) * grid.bricks[1] + p[1]) * grid.bricks[2] + p[2]];
+  const std::int32_t its = grid.slot[brick_index(grid, p[0], p[1], p[2])];
   return its < 0 ? SIZE_MAX : static_cast<std::size_t>(its);
 }
 
@@ -74,10 +73,9 @@ void SnowField::splat_bricks(const std::vector<float>& amount) {
     if (tile_at_[slot] == kNone) return;
     float* tile = &tile_[static_cast<std::size_t>(tile_at_[slot]) * kFieldTile];
     std::fill(tile, tile + kFieldTile, 0.f);
-    const std::size_t brick = grid_->brick_of_slot()[slot];
-    const int first[3] = {static_cast<int>(brick / grid.bricks[2] / grid.bricks[1]) * kBrickCells,
-                          static_cast<int>(brick / grid.bricks[2] % grid.bricks[1]) * kBrickCells,
-                          static_cast<int>(brick % grid.bricks[2]) * kBrickCells};
+    int first[3];
+    brick_place(grid, grid_->brick_of_slot()[slot], first);
+    for (int& cell : first) cell *= kBrickCells;
     kernels_.splat(grid, first, grid.cell_start[slot * kCellsPerBrick],
                    grid.cell_start[(slot + 1) * kCellsPerBrick], amount.data(), tile);
   });

@@ -9,16 +9,39 @@
 #include <atomic>
 #include <cmath>
 #include <functional>
+#include <initializer_list>
 #include <string>
 
 #include "src/core/isa.h"
 #include "src/mpm/simulation.h"
+#include "tests/catch.h"
 
 namespace firn::test {
 
 inline const std::atomic<bool> kNeverStop{false};
 
 inline const kernels::KernelTable& best_kernels() { return *supported_kernels().back(); }
+
+// Runs f with so many threads, however many the machine has.
+template <class F>
+void with_threads(int threads, F&& f) {
+  tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+  tbb::task_arena arena(threads);
+  arena.execute(f);
+}
+
+// Calls f(table) with the kernels of x86-64-v3 and v4, as far as this CPU has them, and with each of these
+// numbers of threads: all of them promise the same bits.
+template <class F>
+void with_kernels_and_threads(std::initializer_list<int> threads, F&& f) {
+  const auto tables = supported_kernels();
+  for (std::size_t t = 1; t < tables.size(); ++t) {
+    for (const int count : threads) {
+      INFO(tables[t]->isa << ", " << count << " threads");
+      with_threads(count, [&] { f(*tables[t]); });
+    }
+  }
+}
 
 // Elastic snow: plasticity off.
 inline Material elastic(MaterialModel model = MaterialModel::snow) {

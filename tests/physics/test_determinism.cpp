@@ -37,10 +37,8 @@ SimulationSetup violent_impact() {
 }
 
 std::uint64_t hash_with(const kernels::KernelTable& table, int threads, int steps) {
-  tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
-  tbb::task_arena arena(threads);
   std::uint64_t hash = 0;
-  arena.execute([&] {
+  with_threads(threads, [&] {
     Simulation simulation(table, violent_impact());
     for (int i = 0; i < steps; ++i) simulation.step(simulation.stable_step().dt);
     hash = simulation.state_hash();

@@ -95,19 +95,10 @@ TEST_CASE("with air, in a turned domain, the bits are the same for 1 and 3 threa
   setup.frame =
       Pose{Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix(), Vec3(0.1, 0.2, 0.3)};
   std::uint64_t expected = 0;
-  const auto tables = supported_kernels();
-  for (std::size_t t = 1; t < tables.size(); ++t) {
-    for (const int threads : {1, 3}) {
-      tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
-                                static_cast<std::size_t>(threads));
-      tbb::task_arena arena(threads);
-      arena.execute([&] {
-        Simulation simulation(*tables[t], setup);
-        simulation.advance_to(0.1, kNeverStop);
-        if (expected == 0) expected = simulation.state_hash();
-        INFO(tables[t]->isa << ", " << threads << " threads");
-        CHECK(simulation.state_hash() == expected);
-      });
-    }
-  }
+  with_kernels_and_threads({1, 3}, [&](const kernels::KernelTable& table) {
+    Simulation simulation(table, setup);
+    simulation.advance_to(0.1, kNeverStop);
+    if (expected == 0) expected = simulation.state_hash();
+    CHECK(simulation.state_hash() == expected);
+  });
 }

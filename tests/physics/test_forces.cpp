@@ -257,21 +257,13 @@ TEST_CASE("gravity and the colliders' forces are the change of momentum, frame b
 }
 
 TEST_CASE("forces and plastic work have the same bits on any number of threads, on v3 and v4", "[physics]") {
-  const auto tables = supported_kernels();
   for (const SimulationSetup& setup : {violent(), half_woken()}) {
     std::vector<Metrics> all;
-    for (std::size_t t = 1; t < tables.size(); ++t) {
-      for (const int threads : {1, 3}) {
-        tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
-                                  static_cast<std::size_t>(threads));
-        tbb::task_arena arena(threads);
-        arena.execute([&] {
-          Simulation simulation(*tables[t], setup);
-          simulation.advance_to(setup.sleep ? 0.95 : 0.05, kNeverStop);
-          all.push_back(simulation.metrics());
-        });
-      }
-    }
+    with_kernels_and_threads({1, 3}, [&](const kernels::KernelTable& table) {
+      Simulation simulation(table, setup);
+      simulation.advance_to(setup.sleep ? 0.95 : 0.05, kNeverStop);
+      all.push_back(simulation.metrics());
+    });
     for (const Metrics& m : all) {
       for (std::size_t k = 0; k < m.contacts.size(); ++k) {
         CHECK(m.contacts[k].force == all[0].contacts[k].force);

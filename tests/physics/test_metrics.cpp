@@ -101,11 +101,7 @@ TEST_CASE("the metrics have the same bits on 1 thread and on 3", "[physics]") {
   setup.colliders.push_back(plane(Vec3::Zero(), Vec3(0.1, 1, 0), Contact::separating, 0.3));
   Metrics of[2];
   for (const int run : {0, 1}) {
-    const int threads = 1 + 2 * run;
-    tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
-                              static_cast<std::size_t>(threads));
-    tbb::task_arena arena(threads);
-    arena.execute([&] {
+    with_threads(1 + 2 * run, [&] {
       Simulation simulation(best_kernels(), setup);
       for (int i = 0; i < 60; ++i) simulation.step(simulation.stable_step().dt);
       of[run] = simulation.metrics();

@@ -175,23 +175,14 @@ TEST_CASE("a fast box does not pass through snow, and its speed limits the step"
 }
 
 TEST_CASE("with moving colliders the bits are the same for 1, 2 and 4 threads on v3 and v4", "[physics]") {
-  const auto tables = supported_kernels();
   std::uint64_t expected = 0;
-  for (std::size_t t = 1; t < tables.size(); ++t) {
-    for (const int threads : {1, 2, 4}) {
-      tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
-                                static_cast<std::size_t>(threads));
-      tbb::task_arena arena(threads);
-      arena.execute([&] {
-        Simulation simulation(*tables[t], pressed_bed());
-        simulation.advance_to(1.05, kNeverStop);
-        INFO(tables[t]->isa << ", " << threads << " threads");
-        const std::uint64_t hash = simulation.state_hash();
-        if (expected == 0) expected = hash;
-        CHECK(hash == expected);
-      });
-    }
-  }
+  with_kernels_and_threads({1, 2, 4}, [&](const kernels::KernelTable& table) {
+    Simulation simulation(table, pressed_bed());
+    simulation.advance_to(1.05, kNeverStop);
+    const std::uint64_t hash = simulation.state_hash();
+    if (expected == 0) expected = hash;
+    CHECK(hash == expected);
+  });
 }
 
 TEST_CASE("a simulation saved while a collider moves continues bit for bit", "[physics]") {

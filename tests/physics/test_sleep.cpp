@@ -191,25 +191,16 @@ TEST_CASE("snow that sleeps on nothing falls, all of it, once something moves be
 }
 
 TEST_CASE("with sleep the bits are the same for 1, 2 and 4 threads on x86-64-v3 and v4", "[physics]") {
-  const auto tables = supported_kernels();
   std::uint64_t expected = 0;
-  for (std::size_t t = 1; t < tables.size(); ++t) {
-    for (const int threads : {1, 2, 4}) {
-      tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
-                                static_cast<std::size_t>(threads));
-      tbb::task_arena arena(threads);
-      arena.execute([&] {
-        Simulation simulation(*tables[t], bed_and_ball(true));
-        simulation.advance_to(0.6, kNeverStop);
-        INFO(tables[t]->isa << ", " << threads << " threads");
-        CHECK(share_asleep(simulation) > 0.5);
-        simulation.advance_to(0.65, kNeverStop);
-        const std::uint64_t hash = simulation.state_hash();
-        if (expected == 0) expected = hash;
-        CHECK(hash == expected);
-      });
-    }
-  }
+  with_kernels_and_threads({1, 2, 4}, [&](const kernels::KernelTable& table) {
+    Simulation simulation(table, bed_and_ball(true));
+    simulation.advance_to(0.6, kNeverStop);
+    CHECK(share_asleep(simulation) > 0.5);
+    simulation.advance_to(0.65, kNeverStop);
+    const std::uint64_t hash = simulation.state_hash();
+    if (expected == 0) expected = hash;
+    CHECK(hash == expected);
+  });
 }
 
 TEST_CASE("a simulation saved while part of it sleeps continues bit for bit", "[physics]") {
