@@ -13,8 +13,7 @@ namespace firn {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr std::uint32_t kSamplesAtOnce = 16;  // a pixel; bounds the memory of a tile
-constexpr int kBlock = 4;                     // pixels: neighbours in a stream are neighbours on the film
+constexpr int kBlock = 4;  // pixels: neighbours in a stream are neighbours on the film
 constexpr std::uint32_t kRouletteDepth = 4;
 // Rays leave snow this far (in particle spacings) above the ball that was hit, along the smooth normal: clear
 // of the neighbouring balls, whose bumps are not a feature of the snow.
@@ -24,8 +23,8 @@ constexpr float kSnowLift = 1.0f;
 // walk through the snow.
 constexpr float kEmergence = 1.5f;
 
-// Pairs of sample dimensions: one for the film, then four at every vertex.
-constexpr std::uint32_t kFilmPair = 0;
+// Pairs of sample dimensions: one for the film, then four at every vertex; the last for the lens.
+constexpr std::uint32_t kFilmPair = 0, kLensPair = 0xffffffff;
 enum VertexPair : std::uint32_t { light_point = 1, bounce_direction, choices, emergence };
 constexpr std::uint32_t pair_of(std::uint32_t depth, VertexPair which) { return 4 * depth + which; }
 
@@ -38,45 +37,37 @@ Sample2 TilePaths::draw(const Path& path, std::uint32_t pair) const {
   return sampler.pair(path.sample, pair);
 }
 
-std::uint64_t TilePaths::trace(const Tile& tile, Film& film) {
+std::uint64_t TilePaths::trace(const Tile& tile, std::uint32_t first, std::uint32_t last,
+                               const PixelSet& wanted, Film& film) {
   rays_traced_ = 0;
-  const auto samples = static_cast<std::uint32_t>(view_.setup.image.samples);
   const auto depths = static_cast<std::uint32_t>(view_.setup.image.max_bounces);
-  std::vector<Vec3f> sums(static_cast<std::size_t>(tile.x1 - tile.x0) * (tile.y1 - tile.y0), Vec3f::Zero());
-  for (std::uint32_t first = 0; first < samples; first += kSamplesAtOnce) {
-    start_paths(tile, first, std::min(first + kSamplesAtOnce, samples));
-    for (std::uint32_t depth = 0; depth <= depths + 1 && rays_.size() > 0; ++depth) {
-      meet(depth);
-      shade(depth);
-      trace_shadows();
-      std::swap(rays_, next_rays_);
-      std::swap(path_of_, next_path_of_);
-    }
-    add_to(tile, sums);
+  start_paths(tile, first, last, wanted);
+  for (std::uint32_t depth = 0; depth <= depths + 1 && rays_.size() > 0; ++depth) {
+    meet(depth);
+    shade(depth);
+    trace_shadows();
+    std::swap(rays_, next_rays_);
+    std::swap(path_of_, next_path_of_);
   }
-  for (int y = tile.y0; y < tile.y1; ++y) {
-    for (int x = tile.x0; x < tile.x1; ++x) {
-      const Vec3f mean =
-          sums[(y - tile.y0) * (tile.x1 - tile.x0) + x - tile.x0] / static_cast<float>(samples);
-      for (int c = 0; c < 3; ++c) film.pixel(x, y)[c] = mean[c];
-    }
-  }
+  for (const Path& path : paths_) film.add(path.pixel_x, path.pixel_y, path.seen);
   return rays_traced_;
 }
 
-void TilePaths::start_paths(const Tile& tile, std::uint32_t first_sample, std::uint32_t last_sample) {
+void TilePaths::start_paths(const Tile& tile, std::uint32_t first, std::uint32_t last,
+                            const PixelSet& wanted) {
   paths_.clear();
   rays_.clear();
   path_of_.clear();
-  const Vec3f eye = (view_.camera.position() - view_.grid.origin()).cast<float>();
   for (int y = tile.y0; y < tile.y1; y += kBlock) {
     for (int x = tile.x0; x < tile.x1; x += kBlock) {
-      for (std::uint32_t sample = first_sample; sample < last_sample; ++sample) {
+      for (std::uint32_t sample = first; sample < last; ++sample) {
         for (int py = y; py < std::min(y + kBlock, tile.y1); ++py) {
           for (int px = x; px < std::min(x + kBlock, tile.x1); ++px) {
-            const Path path{Vec3f::Ones(), Vec3f::Zero(), px, py, sample, true, true};
+            if (!wanted.has(px, py)) continue;
+            const Path path{Vec3f::Ones(), {}, px, py, sample, true, true};
             path_of_.push_back(static_cast<std::uint32_t>(paths_.size()));
-            rays_.push(eye, view_.camera.direction(px, py, draw(path, kFilmPair)), kInfinity);
+            const CameraRay ray = view_.camera.ray(px, py, draw(path, kFilmPair), draw(path, kLensPair));
+            rays_.push(ray.origin, ray.direction, kInfinity);
             paths_.push_back(path);
           }
         }
@@ -142,16 +133,16 @@ bool TilePaths::arrive(std::size_t ray, std::uint32_t depth, Path& path, Vertex&
     return true;
   }
   if (lamp_[ray].x() >= 0) {
-    if (path.sees_lamps) path.light += path.beta.cwiseProduct(lamp_[ray]);
+    if (path.sees_lamps) path.seen.beauty += path.beta.cwiseProduct(lamp_[ray]);
     return false;
   }
   if (meetings_[ray].object < 0) {
-    path.light += path.beta.cwiseProduct(view_.lights.escape(rays_.direction(ray), path.sees_sun));
+    path.seen.beauty += path.beta.cwiseProduct(view_.lights.escape(rays_.direction(ray), path.sees_sun));
     return false;
   }
   vertex = object_vertex(ray);
   if (vertex.kind != SurfaceKind::emission) return true;
-  path.light += path.beta.cwiseProduct(view_.objects.surface(meetings_[ray].object).emission);
+  path.seen.beauty += path.beta.cwiseProduct(view_.objects.surface(meetings_[ray].object).emission);
   return false;
 }
 
@@ -165,7 +156,9 @@ void TilePaths::shade(std::uint32_t depth) {
   for (std::size_t ray = 0; ray < rays_.size(); ++ray) {
     const std::uint32_t path = path_of_[ray];
     Vertex vertex;
-    if (!arrive(ray, depth, paths_[path], vertex) || last) continue;
+    const bool goes_on = arrive(ray, depth, paths_[path], vertex);
+    if (goes_on && depth == 0) note_first(vertex, rays_.t(ray), paths_[path]);
+    if (!goes_on || last) continue;
     if (vertex.kind == SurfaceKind::diffuse) sample_light(path, vertex, depth);
     if (vertex.kind == SurfaceKind::mirror) {
       const Vec3f d = rays_.direction(ray);
@@ -218,14 +211,14 @@ void TilePaths::trace_shadows() {
   }
   rays_traced_ += shadows_.size();
   for (std::size_t i = 0; i < shadows_.size(); ++i) {
-    if (shadows_.hit(i) == kernels::kNoHit) paths_[path_of_shadow_[i]].light += shadow_light_[i];
+    if (shadows_.hit(i) == kernels::kNoHit) paths_[path_of_shadow_[i]].seen.beauty += shadow_light_[i];
   }
 }
 
-void TilePaths::add_to(const Tile& tile, std::vector<Vec3f>& sums) const {
-  for (const Path& path : paths_) {
-    sums[(path.pixel_y - tile.y0) * (tile.x1 - tile.x0) + path.pixel_x - tile.x0] += path.light;
-  }
+void TilePaths::note_first(const Vertex& vertex, float depth, Path& path) {
+  path.seen.albedo = vertex.albedo;
+  path.seen.normal = vertex.normal;
+  path.seen.depth = depth;
 }
 
 }  // namespace firn

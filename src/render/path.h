@@ -14,6 +14,7 @@
 #include "src/render/ray_stream.h"
 #include "src/render/render_grid.h"
 #include "src/render/snow_field.h"
+#include "src/render/tile.h"
 
 namespace firn {
 
@@ -29,21 +30,19 @@ struct View {
   const RenderSetup& setup;
 };
 
-struct Tile {
-  int x0, y0, x1, y1;  // pixels, half open
-};
-
 class TilePaths {
  public:
   explicit TilePaths(const View& view) : view_(view) {}
 
-  // Fills the tile's pixels with the mean of their samples; returns the number of rays traced.
-  std::uint64_t trace(const Tile& tile, Film& film);
+  // Adds samples first..last of the tile's pixels that are in `wanted`; returns the number of rays traced.
+  // Memory grows with the number of samples.
+  std::uint64_t trace(const Tile& tile, std::uint32_t first, std::uint32_t last, const PixelSet& wanted,
+                      Film& film);
 
  private:
   struct Path {
-    Vec3f beta;   // throughput
-    Vec3f light;  // radiance so far
+    Vec3f beta;       // throughput
+    FilmSample seen;  // beauty: radiance so far
     int pixel_x, pixel_y;
     std::uint32_t sample;
     bool sees_lamps;  // its last vertex could not sample them: the camera or a mirror
@@ -58,7 +57,7 @@ class TilePaths {
     SurfaceKind kind;
   };
 
-  void start_paths(const Tile& tile, std::uint32_t first_sample, std::uint32_t last_sample);
+  void start_paths(const Tile& tile, std::uint32_t first, std::uint32_t last, const PixelSet& wanted);
   void meet(std::uint32_t depth);
   void shade(std::uint32_t depth);
   bool arrive(std::size_t ray, std::uint32_t depth, Path& path, Vertex& vertex) const;
@@ -67,7 +66,7 @@ class TilePaths {
   void sample_light(std::uint32_t path, const Vertex& vertex, std::uint32_t depth);
   void bounce(std::uint32_t path, const Vertex& vertex, std::uint32_t depth);
   void trace_shadows();
-  void add_to(const Tile& tile, std::vector<Vec3f>& sums) const;
+  static void note_first(const Vertex& vertex, float depth, Path& path);
   Sample2 draw(const Path& path, std::uint32_t pair) const;
 
   const View& view_;
