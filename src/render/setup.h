@@ -11,6 +11,7 @@
 #include "src/core/vector.h"
 #include "src/geometry/keyframes.h"
 #include "src/geometry/shape.h"
+#include "src/render/picture.h"
 
 namespace firn {
 
@@ -99,6 +100,8 @@ struct RenderSetup {
   std::vector<Light> lights;
   std::vector<SnowLook> snow;  // index = Snapshot::object
   std::uint64_t seed = 1;
+  std::vector<Layer> layers;  // kept of each picture beside its beauty
+  bool denoise = false;
   double frame_seconds = 1.0 / 24;  // simulated, from one frame to the next
 };
 
