@@ -2,6 +2,7 @@
 // What the renderer is told once for a run: camera, film, surfaces, objects, lights and the look of each snow
 // object. World space, SI units; radiance in W/(m^2 sr) up to a common scale (exposure maps it to pixels).
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <variant>
@@ -69,6 +70,14 @@ struct ConstantLight {
 };
 using Light = std::variant<QuadLight, SphereLight, SunLight, SkyLight, ConstantLight>;
 
+struct Medium {  // homogeneous, within a convex shape: ball, box, cylinder, capsule, plane (what lies below it)
+  Shape shape;
+  double thickness = INFINITY;        // m, of a plane's: a slab
+  Vec3f sigma_s = Vec3f::Ones();      // 1/m, scattering
+  Vec3f sigma_a = Vec3f::Zero();      // 1/m, absorption
+  float g = 0;                        // mean cosine of a scattering (Henyey-Greenstein)
+};
+
 struct SnowLook {                             // one per snow object
   Vec3f albedo = Vec3f(0.93f, 0.95f, 0.97f);  // diffuse, linear RGB
   double radius = 0.8;   // of a drawn particle, in particle spacings (cbrt of its volume)
@@ -81,6 +90,7 @@ struct RenderSetup {
   std::vector<Surface> surfaces;
   std::vector<Object> objects;
   std::vector<Light> lights;
+  std::vector<Medium> media;
   std::vector<SnowLook> snow;  // index = Snapshot::object
   std::uint64_t seed = 1;
 };
