@@ -40,8 +40,8 @@ constexpr Spectrum kDaylight = {
 
 double wavelength(int i) { return kShortest + kStep * i; }
 
-double absorption(IceData data, int i) {
-  const Spectrum& k = data == IceData::picard ? kPicard : kWarrenBrandt;
+double absorption(IceSource data, int i) {
+  const Spectrum& k = data == IceSource::picard ? kPicard : kWarrenBrandt;
   return 4e9 * 3.14159265358979323846 * k[i] / wavelength(i);
 }
 
@@ -85,21 +85,21 @@ constexpr std::uint32_t kLast = kDoublings << kPartBits;
 
 }  // namespace
 
-double ice_absorption(IceData data, double wavelength_nm) {
+double ice_absorption(IceSource data, double wavelength_nm) {
   const double at = std::clamp((wavelength_nm - kShortest) / kStep, 0.0, kWavelengths - 1.0);
   const int i = std::min(static_cast<int>(at), kWavelengths - 2);
   const double low = absorption(data, i), high = absorption(data, i + 1);
   return low + (at - i) * (high - low);
 }
 
-Vec3 ice_color(IceData data, double ice_path) {
+Vec3 ice_color(IceSource data, double ice_path) {
   static const auto shares = find_shares();
   Vec3 sum = Vec3::Zero();
   for (int i = 0; i < kWavelengths; ++i) sum += portable_exp(-absorption(data, i) * ice_path) * shares[i];
   return sum;
 }
 
-IceTint::IceTint(IceData data) : table_(kLast + 1) {
+IceTint::IceTint(IceSource data) : table_(kLast + 1) {
   for (std::uint32_t knot = 0; knot <= kLast; ++knot) {
     const double way = std::bit_cast<float>((kFirst + knot) << kShift) - kStart;
     table_[knot] = ice_color(data, way).cast<float>();

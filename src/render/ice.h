@@ -11,13 +11,13 @@ namespace firn {
 
 // Measured imaginary indices of ice. They agree from 600 nm on; at 450 nm Picard's is 7 times Warren and
 // Brandt's, which is how uncertain the blue of snow is.
-enum class IceData {
+enum class IceSource {
   picard,         // Picard, Libois, Arnaud 2016, The Cryosphere 10, 2655: natural snow, Antarctica
   warren_brandt,  // Warren, Brandt 2008, J. Geophys. Res. 113, D14220: the cleanest snow and ice
 };
 
 // 4 pi k / lambda, 1/m. Wavelengths are taken within 400 to 700 nm.
-double ice_absorption(IceData data, double wavelength_nm);
+double ice_absorption(IceSource data, double wavelength_nm);
 
 inline constexpr double kIceDensity = 917;  // kg/m^3
 
@@ -42,12 +42,12 @@ constexpr double ice_per_collision(double grain_radius, double enhancement = kNa
 // -0.12 at 20 m, and blue may exceed 1 by 0.02. That is kept: pixels are sums over paths, and cut off path by
 // path they would come out too red. For the same reason tints do not multiply: ask once, for all the ice of a
 // path.
-Vec3 ice_color(IceData data, double ice_path);
+Vec3 ice_color(IceSource data, double ice_path);
 
 // The same from a table, to 5e-5; ways below 0 count as 0.
 class IceTint {
  public:
-  explicit IceTint(IceData data);
+  explicit IceTint(IceSource data);
   Vec3f operator()(float ice_path) const;
 
  private:

@@ -12,10 +12,12 @@ using test::reference_table;
 
 namespace {
 
-IceData source(const std::string& name) { return name == "P16" ? IceData::picard : IceData::warren_brandt; }
+IceSource source(const std::string& name) {
+  return name == "P16" ? IceSource::picard : IceSource::warren_brandt;
+}
 
 // Decay of light in deep snow, 1/m, by diffusion.
-double decay(IceData data, double nm, double density, double grain, double enhancement, double anisotropy) {
+double decay(IceSource data, double nm, double density, double grain, double enhancement, double anisotropy) {
   const double coalbedo = 1 - std::exp(-ice_absorption(data, nm) * ice_per_collision(grain, enhancement));
   return snow_extinction(grain) * density * std::sqrt(3 * coalbedo * (1 - anisotropy));
 }
@@ -38,7 +40,7 @@ constexpr double kDaylight[31] = {82.7549, 91.486,  93.4318, 86.6823, 104.865, 1
 
 // Linear sRGB of daylight of which each wavelength keeps `kept(absorption)`.
 template <class Kept>
-Vec3 tabulated_color(IceData data, Kept kept) {
+Vec3 tabulated_color(IceSource data, Kept kept) {
   Mat3 to_rgb;
   to_rgb << 3.2406, -1.5372, -0.4986, -0.9689, 1.8758, 0.0415, 0.0557, -0.2040, 1.0570;
   Vec3 sum = Vec3::Zero(), white = Vec3::Zero();
@@ -55,15 +57,15 @@ Vec3 tabulated_color(IceData data, Kept kept) {
 TEST_CASE("ice absorbs as measured, seven times more at 450 nm by one source than by the other", "[light]") {
   for (auto& row : reference_table("ice_nk_400_700")) {
     const double nm = std::stod(row["lambda_nm"]);
-    CHECK(ice_absorption(IceData::picard, nm) == Approx(std::stod(row["abs_P16_per_m"])).epsilon(1e-3));
-    CHECK(ice_absorption(IceData::warren_brandt, nm) ==
+    CHECK(ice_absorption(IceSource::picard, nm) == Approx(std::stod(row["abs_P16_per_m"])).epsilon(1e-3));
+    CHECK(ice_absorption(IceSource::warren_brandt, nm) ==
           Approx(std::stod(row["abs_WB08_per_m"])).epsilon(1e-3));
   }
-  CHECK(ice_absorption(IceData::picard, 450) / ice_absorption(IceData::warren_brandt, 450) ==
+  CHECK(ice_absorption(IceSource::picard, 450) / ice_absorption(IceSource::warren_brandt, 450) ==
         Approx(6.94).epsilon(1e-2));
-  CHECK(ice_absorption(IceData::picard, 455) == Approx(0.018475).epsilon(1e-3));  // half way
-  CHECK(ice_absorption(IceData::picard, 300) == ice_absorption(IceData::picard, 400));
-  CHECK(ice_absorption(IceData::picard, 900) == ice_absorption(IceData::picard, 700));
+  CHECK(ice_absorption(IceSource::picard, 455) == Approx(0.018475).epsilon(1e-3));  // half way
+  CHECK(ice_absorption(IceSource::picard, 300) == ice_absorption(IceSource::picard, 400));
+  CHECK(ice_absorption(IceSource::picard, 900) == ice_absorption(IceSource::picard, 700));
 }
 
 TEST_CASE("a collision absorbs what Mie's sums say for spheres, and 1.6 / 1.3 of it for natural grains",
@@ -91,20 +93,20 @@ TEST_CASE("light decays in deep snow as by adding-doubling", "[light]") {
   }
   // Density 300 kg/m^3, median radius 0.5 mm, spheres: 64, 36 and 16.6 cm by Picard, 169, 38 and 16.6 cm by
   // Warren and Brandt, so through 10 cm of it come 0.547, 0.755 and 0.856 of red, green and blue by Picard.
-  const auto depth = [](IceData data, double nm) {
+  const auto depth = [](IceSource data, double nm) {
     return 1 / decay(data, nm, 300, 509.64e-6, kSphereEnhancement, kSphereAnisotropy);
   };
-  CHECK(depth(IceData::picard, 450) == Approx(0.64).margin(0.01));
-  CHECK(depth(IceData::warren_brandt, 450) == Approx(1.69).margin(0.02));
-  CHECK(depth(IceData::warren_brandt, 550) == Approx(0.38).margin(0.01));
-  CHECK(depth(IceData::picard, 650) == Approx(0.166).margin(0.003));
-  CHECK(std::exp(-0.1 / depth(IceData::picard, 650)) == Approx(0.547).margin(0.007));
-  CHECK(std::exp(-0.1 / depth(IceData::picard, 550)) == Approx(0.755).margin(0.005));
-  CHECK(std::exp(-0.1 / depth(IceData::picard, 450)) == Approx(0.856).margin(0.003));
+  CHECK(depth(IceSource::picard, 450) == Approx(0.64).margin(0.01));
+  CHECK(depth(IceSource::warren_brandt, 450) == Approx(1.69).margin(0.02));
+  CHECK(depth(IceSource::warren_brandt, 550) == Approx(0.38).margin(0.01));
+  CHECK(depth(IceSource::picard, 650) == Approx(0.166).margin(0.003));
+  CHECK(std::exp(-0.1 / depth(IceSource::picard, 650)) == Approx(0.547).margin(0.007));
+  CHECK(std::exp(-0.1 / depth(IceSource::picard, 550)) == Approx(0.755).margin(0.005));
+  CHECK(std::exp(-0.1 / depth(IceSource::picard, 450)) == Approx(0.856).margin(0.003));
 }
 
 TEST_CASE("the tint of ice is white at first and then what the tabulated eye sees", "[light]") {
-  for (const IceData data : {IceData::picard, IceData::warren_brandt}) {
+  for (const IceSource data : {IceSource::picard, IceSource::warren_brandt}) {
     const IceTint tint(data);
     CHECK(tint(0) == Vec3f::Ones());
     CHECK(tint(-1) == Vec3f::Ones());
@@ -119,7 +121,7 @@ TEST_CASE("the tint of ice is white at first and then what the tabulated eye see
 }
 
 TEST_CASE("the table of tints is as good as the sum over wavelengths", "[light]") {
-  for (const IceData data : {IceData::picard, IceData::warren_brandt}) {
+  for (const IceSource data : {IceSource::picard, IceSource::warren_brandt}) {
     const IceTint tint(data);
     double worst = 0;
     for (int i = 0; i < 20000; ++i) {
@@ -137,7 +139,7 @@ TEST_CASE("tints of the paths through 10 cm of snow average to the decay by wave
   const double grain = 0.5e-3;
   const double s =
       0.1 * snow_extinction(grain) * 300 * std::sqrt(3 * ice_per_collision(grain) * (1 - kNaturalAnisotropy));
-  for (const IceData data : {IceData::picard, IceData::warren_brandt}) {
+  for (const IceSource data : {IceSource::picard, IceSource::warren_brandt}) {
     const IceTint tint(data);
     const int steps = 100000;
     Vec3 mean = Vec3::Zero();
