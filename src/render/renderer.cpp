@@ -12,7 +12,8 @@
 namespace firn {
 namespace {
 
-constexpr int kTile = 16;  // pixels
+constexpr int kTile = 16;                     // pixels
+constexpr std::uint32_t kSamplesAtOnce = 16;  // a pixel; bounds the memory of a tile
 
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) {
@@ -37,19 +38,26 @@ struct Renderer::State {
     if (smooth) snow.build(grid, snapshot, setup.snow);
     objects.place(grid.origin(), snapshot.time);
     lights.place(grid.origin());
+    camera.place(grid.origin(), snapshot.time);
   }
 
   // False if stopped; adds up the rays.
-  bool trace(const Snapshot& snapshot, Film& film, std::uint64_t& rays, const std::atomic<bool>& stop) {
+  bool trace(const Snapshot& snapshot, const PixelSet& wanted, std::uint64_t& rays,
+             const std::atomic<bool>& stop) {
     const View view{kernels, camera, objects, lights, grid, snow, snapshot, setup};
-    const int across = (film.width + kTile - 1) / kTile, down = (film.height + kTile - 1) / kTile;
+    const auto samples = static_cast<std::uint32_t>(setup.image.samples);
+    const int width = film.width(), height = film.height();
+    const int across = (width + kTile - 1) / kTile, down = (height + kTile - 1) / kTile;
     std::atomic<std::uint64_t> count{0};
     parallel_for(static_cast<std::size_t>(across) * down, 1, [&](std::size_t index) {
       if (stop.load(std::memory_order_relaxed)) return;
       const int x = static_cast<int>(index % across) * kTile, y = static_cast<int>(index / across) * kTile;
-      const Tile tile{x, y, std::min(x + kTile, film.width), std::min(y + kTile, film.height)};
+      const Tile tile{x, y, std::min(x + kTile, width), std::min(y + kTile, height)};
       TilePaths paths(view);
-      count.fetch_add(paths.trace(tile, film), std::memory_order_relaxed);
+      for (std::uint32_t first = 0; first < samples; first += kSamplesAtOnce) {
+        const std::uint32_t last = std::min(first + kSamplesAtOnce, samples);
+        count.fetch_add(paths.trace(tile, first, last, wanted, film), std::memory_order_relaxed);
+      }
     });
     rays = count.load();
     return !stop.load();
@@ -62,6 +70,7 @@ struct Renderer::State {
   LightSet lights;
   RenderGrid grid;
   SnowField snow;
+  Film film;
 };
 
 Renderer::Renderer(const kernels::KernelTable& kernels, RenderSetup setup)
@@ -69,17 +78,19 @@ Renderer::Renderer(const kernels::KernelTable& kernels, RenderSetup setup)
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 
-bool Renderer::render(const Snapshot& snapshot, Film& film, RenderStats& stats,
+bool Renderer::render(const Snapshot& snapshot, Picture& picture, RenderStats& stats,
                       const std::atomic<bool>& stop) {
-  film.resize(state_->setup.image.width, state_->setup.image.height);
+  const ImageSettings& image = state_->setup.image;
+  state_->film.begin(image.width, image.height, state_->camera.filter(), {});
   stats = {};
   const auto start = Clock::now();
   state_->build(snapshot);
   stats.build_seconds = seconds_since(start);
   stats.grid_bytes = state_->grid.bytes() + state_->snow.bytes();
   const auto traced = Clock::now();
-  const bool finished = state_->trace(snapshot, film, stats.rays, stop);
+  const bool finished = state_->trace(snapshot, {image.width, image.height}, stats.rays, stop);
   stats.trace_seconds = seconds_since(traced);
+  picture = state_->film.picture({});
   return finished;
 }
 

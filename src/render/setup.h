@@ -4,6 +4,7 @@
 #pragma once
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -14,15 +15,26 @@
 
 namespace firn {
 
+struct CameraKey {                                      // where the camera is at a time, and what it looks at
+  double time = 0;                                      // s, simulated
+  Vec3 position = Vec3::Zero(), target = Vec3::Zero();  // m
+};
+
 struct Camera {
   Vec3 position = Vec3(0, 1, 4);  // m
   Vec3 target = Vec3::Zero();     // m
   Vec3 up = Vec3(0, 1, 0);
-  double fov = 35;  // degrees, vertical
+  double fov = 35;                   // degrees, vertical
+  double aperture = 0;               // m, radius of the lens; 0: all is sharp
+  std::optional<double> focus = {};  // m along the line of sight; absent: the target's distance
+  double shutter = 0;                // open for this part of the time between frames; 0: a moment
+  std::optional<std::vector<CameraKey>> motion = {};  // in ascending order of time; beats position and target
 };
 
 // What of the snow a ray meets: an implicit surface of the particles, or each as a ball.
 enum class SnowShape { smooth, spheres };
+
+enum class FilterKind { box, tent, gaussian, blackman_harris };
 
 struct ImageSettings {
   int width = 960;
@@ -30,6 +42,10 @@ struct ImageSettings {
   int samples = 16;     // paths a pixel
   int max_bounces = 6;  // surface interactions after the first hit; 0 = direct light only
   SnowShape snow = SnowShape::smooth;
+  FilterKind filter = FilterKind::tent;
+  std::optional<double> filter_width = {};  // pixels from end to end; absent: as filter.h has it
+  double noise = 0;       // relative error at which a pixel is done; 0: it takes all samples
+  int motion_slices = 4;  // moments that a frame with an open shutter is put together from
 };
 
 enum class SurfaceKind { diffuse, mirror, emission };
@@ -93,6 +109,7 @@ struct RenderSetup {
   std::vector<Medium> media;
   std::vector<SnowLook> snow;  // index = Snapshot::object
   std::uint64_t seed = 1;
+  double frame_seconds = 1.0 / 24;  // simulated, from one frame to the next
 };
 
 }  // namespace firn

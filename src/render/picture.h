@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// A finished frame: linear RGB, no exposure applied, and layers that tell more of it. Row 0 is at the top.
+#pragma once
+#include <cstddef>
+#include <vector>
+
+namespace firn {
+
+enum class Layer { beauty, albedo, normal, depth, sparkle, subsurface, samples, variance };
+
+// 3 for colours and normals, else 1.
+constexpr int channels_of(Layer layer) {
+  return layer == Layer::depth || layer == Layer::samples || layer == Layer::variance ? 1 : 3;
+}
+
+struct LayerImage {
+  Layer layer = Layer::beauty;
+  std::vector<float> values;  // channels_of(layer) a pixel
+};
+
+struct Picture {
+  int width = 0;
+  int height = 0;
+  std::vector<float> rgb;          // 3 a pixel
+  std::vector<LayerImage> layers;  // those asked for, beside the beauty
+
+  void resize(int w, int h) {
+    width = w;
+    height = h;
+    rgb.assign(static_cast<std::size_t>(w) * h * 3, 0.f);
+  }
+  float* pixel(int x, int y) { return &rgb[3 * (static_cast<std::size_t>(y) * width + x)]; }
+  const float* pixel(int x, int y) const { return &rgb[3 * (static_cast<std::size_t>(y) * width + x)]; }
+};
+
+}  // namespace firn
