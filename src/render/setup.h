@@ -96,8 +96,9 @@ struct Medium {  // homogeneous, within a convex shape: ball, box, cylinder, cap
 
 struct SnowLook {                             // one per snow object
   Vec3f albedo = Vec3f(0.93f, 0.95f, 0.97f);  // diffuse, linear RGB
-  double radius = 0.8;   // of a drawn particle, in particle spacings (cbrt of its volume)
-  double density = 400;  // kg/m^3, as placed
+  double radius = 0.8;       // of a drawn particle, in particle spacings (cbrt of its volume)
+  double density = 400;      // kg/m^3, as placed
+  double extinction = 3.27;  // m^2/kg: of light, per density; grains of 0.5 mm
 };
 
 struct RenderSetup {
