@@ -28,23 +28,50 @@ struct Renderer::State {
         setup(std::move(given)),
         camera(setup.camera, setup.image),
         objects(setup.objects, setup.surfaces),
-        lights(setup.lights),
+        lights(setup.lights, objects),
+        media(setup.media),
         grid(table.trace),
-        snow(table.trace) {}
+        snow(table.trace),
+        tint(IceData::picard) {}
 
   void build(const Snapshot& snapshot) {
-    const bool smooth = setup.image.snow == SnowShape::smooth;
-    grid.build(snapshot, setup.snow, smooth);
-    if (smooth) snow.build(grid, snapshot, setup.snow);
+    grid.build(snapshot, setup.snow, true);
+    snow.build(grid, snapshot, setup.snow, setup.image.snow);
+    const SnowLook look = setup.snow.empty() ? SnowLook{} : setup.snow.front();
+    scattering = snow.medium({static_cast<float>(look.g), setup.image.reference});
     objects.place(grid.origin(), snapshot.time);
-    lights.place(grid.origin());
+    media.place(grid.origin());
     camera.place(grid.origin(), snapshot.time);
+    const Bounds bounds = lit_bounds(snapshot.time);
+    lights.place(grid.origin(), bounds.center() - grid.origin(), static_cast<float>(0.5 * bounds.size().norm()));
+  }
+
+  // What light subpaths should reach: all that has an end, world space.
+  Bounds lit_bounds(double time) const {
+    Bounds bounds;
+    const auto include = [&bounds](const Bounds& box) {
+      if (box.size().norm() < 1e30) bounds.include(box);
+    };
+    if (grid.size() > 0) {
+      const auto& view = grid.view();
+      const Vec3 size = Vec3(view.cells[0], view.cells[1], view.cells[2]) * static_cast<double>(view.cell);
+      include({grid.origin(), grid.origin() + size});
+    }
+    for (const Object& object : setup.objects)
+      include(world_bounds({object.shape.form, object.motion.pose(object.shape.pose, time)}));
+    for (const Medium& medium : setup.media) include(world_bounds(medium.shape));
+    if (bounds.empty()) {
+      const Vec3 reach = Vec3::Constant((setup.camera.target - setup.camera.position).norm());
+      bounds = {setup.camera.target - reach, setup.camera.target + reach};
+    }
+    return bounds;
   }
 
   // False if stopped; adds up the rays.
   bool trace(const Snapshot& snapshot, const PixelSet& wanted, std::uint64_t& rays,
              const std::atomic<bool>& stop) {
-    const View view{kernels, camera, objects, lights, grid, snow, snapshot, setup};
+    const World world{kernels, objects, lights, media, snow.view(), scattering};
+    const View view{world, camera, grid, snow, snapshot, setup, tint};
     const auto samples = static_cast<std::uint32_t>(setup.image.samples);
     const int width = film.width(), height = film.height();
     const int across = (width + kTile - 1) / kTile, down = (height + kTile - 1) / kTile;
@@ -68,8 +95,11 @@ struct Renderer::State {
   CameraRays camera;
   ObjectSet objects;
   LightSet lights;
+  MediumSet media;
   RenderGrid grid;
   SnowField snow;
+  kernels::MediumField scattering;
+  IceTint tint;
   Film film;
 };
 

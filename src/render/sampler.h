@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "src/core/rng.h"
+#include "src/render/setup.h"
 
 namespace firn {
 
@@ -43,8 +44,6 @@ constexpr std::uint32_t sobol_second(std::uint32_t index) {
   index ^= index >> 16;
   return reverse_bits(index);
 }
-
-enum class SamplerKind { sobol, independent };
 
 class Sampler {
  public:

@@ -34,13 +34,22 @@ struct Camera {
 // What of the snow a ray meets: an implicit surface of the particles, or each as a ball.
 enum class SnowShape { smooth, spheres };
 
+// Which ways of finding light there are (path.h).
+enum class Integrator { bidirectional, path, light };
+enum class SamplerKind { sobol, independent };
+
 enum class FilterKind { box, tent, gaussian, blackman_harris };
 
 struct ImageSettings {
   int width = 960;
   int height = 540;
   int samples = 16;     // paths a pixel
-  int max_bounces = 6;  // surface interactions after the first hit; 0 = direct light only
+  // Scatterings of an eye subpath after the first; 0: direct light only. Roulette ends paths, so snow needs no limit.
+  int max_bounces = 1000000;
+  int light_bounces = 5;  // scatterings of a light subpath
+  Integrator integrator = Integrator::path;
+  SamplerKind sampler = SamplerKind::sobol;
+  bool reference = false;  // nothing but the equations: no similarity deep in the snow
   SnowShape snow = SnowShape::smooth;
   FilterKind filter = FilterKind::tent;
   std::optional<double> filter_width = {};  // pixels from end to end; absent: as filter.h has it
@@ -99,6 +108,8 @@ struct SnowLook {                             // one per snow object
   double radius = 0.8;       // of a drawn particle, in particle spacings (cbrt of its volume)
   double density = 400;      // kg/m^3, as placed
   double extinction = 3.27;  // m^2/kg: of light, per density; grains of 0.5 mm
+  double g = 0.845;          // mean cosine of a scattering
+  double ice_per_collision = 5.3e-4;  // m of ice that light crosses at a collision
 };
 
 struct RenderSetup {

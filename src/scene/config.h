@@ -95,6 +95,14 @@ struct LightConfig {                                   // [[light]]: which keys 
   Vec3f ground = Vec3f(0.3f, 0.3f, 0.32f);
 };
 
+struct MediumConfig {  // [[medium]]: homogeneous, in a convex shape
+  ShapeConfig shape;
+  std::optional<double> thickness;    // m, of a plane's
+  Vec3f sigma_s = Vec3f::Ones();      // 1/m
+  Vec3f sigma_a = Vec3f::Zero();      // 1/m
+  double g = 0;
+};
+
 struct TimeConfig {
   int frames = 60;
   double fps = 24;
@@ -133,6 +141,7 @@ struct SceneConfig {
   std::optional<GroundConfig> ground;
   std::vector<ColliderConfig> colliders;
   std::vector<ObjectConfig> objects;
+  std::vector<MediumConfig> media;
   std::vector<LightConfig> lights;  // none: a sun and a sky
   std::vector<Surface> surfaces;
   OutputConfig output;
