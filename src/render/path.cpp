@@ -94,7 +94,7 @@ void TilePaths::meet(std::uint32_t depth) {
     const Vec3f o = rays_.origin(i), d = rays_.direction(i);
     meetings_[i] = view_.objects.closest(o, d, rays_.t(i));
     if (meetings_[i].object >= 0) rays_.t(i) = meetings_[i].t;
-    if (!view_.lights.hit(o, d, rays_.t(i), lamp_[i])) lamp_[i] = Vec3f::Constant(-1);
+    if (!view_.lights.hit(o, d, rays_.t(i), lamp_[i])) lamp_[i].light = -1;
   }
   if (view_.setup.image.snow == SnowShape::smooth) {
     view_.kernels.surface_closest(view_.snow.view(), view_.snow.surface(), rays_.view(), 0, count);
@@ -135,24 +135,30 @@ TilePaths::Vertex TilePaths::object_vertex(std::size_t ray) const {
   return {p + off * normal, normal, hit.albedo, view_.objects.surface(hit.object).kind};
 }
 
+// Sampling of lights finds the same light: the balance heuristic (Veach 1997) shares it.
+void TilePaths::find_light(std::size_t ray, Path& path, const LightHit& hit) const {
+  const float other = view_.lights.pdf(rays_.origin(ray), rays_.direction(ray), rays_.t(ray), hit);
+  const float share = path.pdf < kInfinity ? path.pdf / (path.pdf + other) : 1;
+  path.light += path.beta.cwiseProduct(hit.radiance) * share;
+}
+
 // Adds the light that the path finds where its ray ends; false if it ends there.
 bool TilePaths::arrive(std::size_t ray, std::uint32_t depth, Path& path, Vertex& vertex) const {
   if (rays_.hit(ray) != kernels::kNoHit) {
     vertex = snow_vertex(ray, path, depth);
     return true;
   }
-  if (lamp_[ray].x() >= 0) {
-    if (path.sees_lamps) path.light += path.beta.cwiseProduct(lamp_[ray]);
-    return false;
-  }
-  if (meetings_[ray].object < 0) {
-    path.light += path.beta.cwiseProduct(view_.lights.escape(rays_.direction(ray), path.sees_sun));
+  const Vec3f o = rays_.origin(ray), d = rays_.direction(ray);
+  const ObjectHit& met = meetings_[ray];
+  LightHit light = lamp_[ray];
+  const bool lamp = light.light >= 0;
+  if (!lamp && met.object < 0) light = view_.lights.escape(o, d);
+  if (lamp || met.object < 0 || view_.lights.object_hit(met.object, o, d, met, light)) {
+    find_light(ray, path, light);
     return false;
   }
   vertex = object_vertex(ray);
-  if (vertex.kind != SurfaceKind::emission) return true;
-  path.light += path.beta.cwiseProduct(view_.objects.surface(meetings_[ray].object).emission);
-  return false;
+  return true;
 }
 
 void TilePaths::shade(std::uint32_t depth) {

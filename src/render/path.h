@@ -46,9 +46,7 @@ class TilePaths {
     Vec3f light;  // radiance so far
     int pixel_x, pixel_y;
     std::uint32_t sample;
-    bool sees_lamps;  // its last vertex could not sample them: the camera or a mirror
-    bool sees_sun;    // all its vertices are mirrors; a sun in a mirror behind a diffuse surface is left out:
-                      // noise
+    float pdf;  // with which its ray was scattered, per solid angle; infinite from the camera and mirrors
   };
   // Where a path arrived.
   struct Vertex {
@@ -61,6 +59,7 @@ class TilePaths {
   void start_paths(const Tile& tile, std::uint32_t first_sample, std::uint32_t last_sample);
   void meet(std::uint32_t depth);
   void shade(std::uint32_t depth);
+  void find_light(std::size_t ray, Path& path, const LightHit& hit) const;
   bool arrive(std::size_t ray, std::uint32_t depth, Path& path, Vertex& vertex) const;
   Vertex snow_vertex(std::size_t ray, const Path& path, std::uint32_t depth) const;
   Vertex object_vertex(std::size_t ray) const;
@@ -76,7 +75,7 @@ class TilePaths {
   RayStream rays_, next_rays_, shadows_;
   std::vector<std::uint32_t> path_of_, next_path_of_, path_of_shadow_;
   std::vector<ObjectHit> meetings_;
-  std::vector<Vec3f> lamp_;          // radiance of a lamp that a ray met; negative: none
+  std::vector<LightHit> lamp_;       // that a ray met; light < 0: none
   std::vector<Vec3f> shadow_light_;  // what an unblocked shadow ray brings
 };
 

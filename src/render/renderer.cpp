@@ -27,7 +27,7 @@ struct Renderer::State {
         setup(std::move(given)),
         camera(setup.camera, setup.image),
         objects(setup.objects, setup.surfaces),
-        lights(setup.lights),
+        lights(setup.lights, objects),
         grid(table.trace),
         snow(table.trace) {}
 
@@ -36,7 +36,7 @@ struct Renderer::State {
     grid.build(snapshot, setup.snow, smooth);
     if (smooth) snow.build(grid, snapshot, setup.snow);
     objects.place(grid.origin(), snapshot.time);
-    lights.place(grid.origin());
+    lights.place(grid.origin(), Vec3::Zero(), 1);  // no path starts at a light
   }
 
   // False if stopped; adds up the rays.

@@ -3,6 +3,7 @@
 // object. World space, SI units; radiance in W/(m^2 sr) up to a common scale (exposure maps it to pixels).
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <variant>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "src/core/vector.h"
 #include "src/geometry/keyframes.h"
 #include "src/geometry/shape.h"
+#include "src/render/picture.h"
 
 namespace firn {
 
@@ -31,14 +33,19 @@ struct ImageSettings {
   SnowShape snow = SnowShape::smooth;
 };
 
-enum class SurfaceKind { diffuse, mirror, emission };
+// none: no surface at all, rays go through; where a medium ends whose index is that of its surroundings.
+enum class SurfaceKind { diffuse, mirror, glossy, dielectric, emission, none };
 struct Surface {
   std::string name;
   SurfaceKind kind = SurfaceKind::diffuse;
-  Vec3f albedo = Vec3f::Constant(0.5f);   // linear RGB reflectance, diffuse and mirror
+  Vec3f albedo = Vec3f::Constant(0.5f);   // linear RGB reflectance; glossy: at normal incidence
+  float roughness = 0.3f;                 // glossy: the root of GGX's alpha
+  float ior = 1.5f;                       // dielectric: refractive index behind the surface over that before it
   Vec3f checker = Vec3f::Constant(-1.f);  // second albedo of a checker pattern; negative: none
   double checker_size = 0.1;              // m
-  Vec3f emission = Vec3f::Zero();         // radiance
+  std::shared_ptr<const Picture> texture;  // instead of the albedo, repeated over the surface
+  double texture_size = 1;                 // m, its width
+  Vec3f emission = Vec3f::Zero();          // radiance
 };
 
 struct Object {  // colliders, ground and scenery: anything that is seen but is not snow
@@ -64,10 +71,22 @@ struct SunLight {
 struct SkyLight {
   Vec3f zenith, horizon, ground;  // radiance; smooth gradient over elevation
 };
+struct DaySkyLight {               // a clear sky by Preetham, Shirley, Smits 1999
+  Vec3 sun = Vec3::UnitY();        // towards it, any length; above the horizon
+  double turbidity = 3;            // haze: 2 very clear, 3 clear, 6 and more hazy
+  double scale = 0.02;             // radiance per kcd/m^2
+  Vec3f ground = Vec3f::Zero();    // radiance below the horizon
+};
+struct ImageLight {                       // a picture of all directions, latitude over longitude
+  std::shared_ptr<const Picture> picture;  // top row up, middle column towards -Z, right of it +X
+  double rotation = 0;                     // degrees about +Y
+  Vec3f radiance = Vec3f::Ones();          // of a pixel of 1
+};
 struct ConstantLight {
   Vec3f radiance;
 };
-using Light = std::variant<QuadLight, SphereLight, SunLight, SkyLight, ConstantLight>;
+using Light =
+    std::variant<QuadLight, SphereLight, SunLight, SkyLight, DaySkyLight, ImageLight, ConstantLight>;
 
 struct SnowLook {                             // one per snow object
   Vec3f albedo = Vec3f(0.93f, 0.95f, 0.97f);  // diffuse, linear RGB
