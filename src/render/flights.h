@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Where rays of light go: a stream of them flies until each meets the first of object, lamp, a collision in the snow or in
-// another medium, or leaves the scene; or is asked how much of it comes through. The snow's surface is index-matched:
-// it bends nothing and only ends the medium.
+// Where rays of light go: a stream of them flies until each meets the first of object, lamp, a collision in
+// the snow or in another medium, or leaves the scene; or is asked how much of it comes through. The snow's
+// surface is index-matched: it bends nothing and only ends the medium.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -32,7 +32,7 @@ struct World {
   const ObjectSet& objects;
   const LightSet& lights;
   const MediumSet& media;
-  const kernels::TraceGrid& grid;     // the snow's cells
+  const kernels::TraceGrid& grid;  // the snow's cells
   const kernels::MediumField& snow;
 };
 
@@ -43,8 +43,8 @@ class Flights {
   // Ray i ends at arrivals[i], its t there; `keys` make its random numbers.
   void fly(RayStream& rays, const std::vector<std::uint64_t>& keys, std::vector<Arrival>& arrivals);
 
-  // What comes through of each ray up to its reach: 0 or 1 by objects and the snow (there by chance: on average it is
-  // the transmittance), times that of other media.
+  // What comes through of each ray up to its reach: 0 or 1 by objects and the snow (there by chance: on
+  // average it is the transmittance), times that of other media.
   void pass(RayStream& rays, const std::vector<std::uint64_t>& keys, std::vector<Vec3f>& through);
 
  private:

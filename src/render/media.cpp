@@ -52,8 +52,7 @@ MediumSet::MediumSet(std::vector<Medium> media) : media_(std::move(media)), pose
     const Vec3f least = medium.sigma_s.cwiseMin(medium.sigma_a);
     if (!(least.minCoeff() >= 0) || !least.allFinite())
       throw Error(ExitCode::usage, where, "sigma_s and sigma_a must not be negative");
-    if (!(std::fabs(medium.g) < 1))
-      throw Error(ExitCode::usage, where, "g must lie between -1 and 1");
+    if (!(std::fabs(medium.g) < 1)) throw Error(ExitCode::usage, where, "g must lie between -1 and 1");
   }
 }
 
@@ -64,7 +63,8 @@ void MediumSet::place(const Vec3& origin) {
   }
 }
 
-MediumSet::Collision MediumSet::collide(const Vec3f& o, const Vec3f& d, float reach, std::uint64_t key) const {
+MediumSet::Collision MediumSet::collide(const Vec3f& o, const Vec3f& d, float reach,
+                                        std::uint64_t key) const {
   const auto channel = static_cast<Eigen::Index>(mix64(key) % 3);
   Collision found;
   double nearest = reach;

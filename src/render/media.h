@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Homogeneous media in convex shapes: fog in a box, a ball of milk, a slab without end. Their boundary is matched: rays go
-// straight on. Where they overlap one another or snow, their coefficients add. Free flights are exact exponentials; a
-// channel of the three is chosen for each flight and the others are weighted by the balance of all three
-// (single-sample spectral importance sampling), so that grey media bring no noise of colour.
+// Homogeneous media in convex shapes: fog in a box, a ball of milk, a slab without end. Their boundary is
+// matched: rays go straight on. Where they overlap one another or snow, their coefficients add. Free flights
+// are exact exponentials; a channel of the three is chosen for each flight and the others are weighted by the
+// balance of all three (single-sample spectral importance sampling), so that grey media bring no noise of
+// colour.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -21,7 +22,8 @@ class MediumSet {
   bool empty() const { return media_.empty(); }
   const Medium& operator[](int medium) const { return media_[medium]; }
 
-  // The first collision before `reach`; every medium draws for itself, by hashes of `key`, and the nearest counts.
+  // The first collision before `reach`; every medium draws for itself, by hashes of `key`, and the nearest
+  // counts.
   struct Collision {
     int medium = -1;  // none
     float t = 0;      // m

@@ -21,10 +21,13 @@ constexpr float kShort = 1 - 1e-4f;  // of the way between two points, so as not
 constexpr float kSnowAlbedo = 0.9f;
 
 // Pairs of sample dimensions: five for the start of a subpath, then five for each of its vertices.
-enum Stream : std::uint32_t { kEyes = 0, kLights = 1u << 30, kLinks = 1u << 31 };
-enum StartPair : std::uint32_t { film_point, lens_point, light_choice, light_place, light_direction };
-enum VertexPair : std::uint32_t { choice_of_light, point_of_light, scattering, lobe_and_roulette, sight };
-std::uint32_t pair_of(int vertices, VertexPair which) {
+// A stream of numbers each for eye subpaths, light subpaths and what connects them.
+constexpr std::uint32_t kEyes = 0, kLights = 1u << 30, kLinks = 1u << 31;
+constexpr std::uint32_t kFilmPoint = 0, kLensPoint = 1, kLightChoice = 2, kLightPlace = 3,
+                        kLightDirection = 4;
+constexpr std::uint32_t kChoiceOfLight = 0, kPointOfLight = 1, kScattering = 2, kLobeAndRoulette = 3,
+                        kSight = 4;
+constexpr std::uint32_t pair_of(int vertices, std::uint32_t which) {
   return 5 * static_cast<std::uint32_t>(vertices) + which;
 }
 
@@ -173,8 +176,8 @@ TilePaths::Vertex TilePaths::arrive(Subpath& subpath, std::size_t ray) const {
 bool TilePaths::leave(Subpath& subpath, const Vertex& vertex, Carries carries, std::uint32_t stream,
                       Vec3f& direction) const {
   const PathRandom& random = paths_[subpath.path].random;
-  const Sample2 at = random.pair(stream + pair_of(subpath.vertices, scattering));
-  const Sample2 other = random.pair(stream + pair_of(subpath.vertices, lobe_and_roulette));
+  const Sample2 at = random.pair(stream + pair_of(subpath.vertices, kScattering));
+  const Sample2 other = random.pair(stream + pair_of(subpath.vertices, kLobeAndRoulette));
   float reverse = 0;
   if (vertex.on_surface) {
     Scattered scattered;
@@ -213,8 +216,8 @@ void TilePaths::link(const Vec3f& from, const Vec3f& direction, float distance, 
 bool TilePaths::start_light(Subpath& subpath, Vec3f& origin, Vec3f& direction, LightHit& light) const {
   const PathRandom& random = paths_[subpath.path].random;
   Emission start;
-  if (!view_.world.lights.emit(random.pair(kLights + light_choice).u, random.pair(kLights + light_place),
-                               random.pair(kLights + light_direction), start))
+  if (!view_.world.lights.emit(random.pair(kLights + kLightChoice).u, random.pair(kLights + kLightPlace),
+                               random.pair(kLights + kLightDirection), start))
     return false;
   origin = start.origin;
   direction = start.direction;
@@ -256,7 +259,8 @@ void TilePaths::walk_lights(Film& film) {
         }
       }
       Vec3f direction;
-      if (subpath.vertices < ways_.light_vertices && leave(subpath, vertex, Carries::importance, kLights, direction))
+      if (subpath.vertices < ways_.light_vertices &&
+          leave(subpath, vertex, Carries::importance, kLights, direction))
         go_on(subpath, vertex.start(direction), direction, kLights);
     }
     pass();
@@ -295,8 +299,8 @@ void TilePaths::sort_light_vertices(const std::vector<std::uint32_t>& path_of) {
   light_vertices_ = std::move(sorted);
 }
 
-// The ways that are open to the light's end of a path, beside that with `light` and `eye` vertices: those that give vertices
-// to the eye subpath. A light that is come upon may be one vertex more.
+// The ways that are open to the light's end of a path, beside that with `light` and `eye` vertices: those
+// that give vertices to the eye subpath. A light that is come upon may be one vertex more.
 int TilePaths::ways_to_eye(int light, int eye) const {
   return light <= ways_.eye_vertices - eye + 1 ? light : ways_.eye_vertices - eye;
 }
@@ -304,10 +308,11 @@ int TilePaths::ways_to_eye(int light, int eye) const {
 void TilePaths::show(const Subpath& subpath, const Vertex& vertex) {
   const Path& path = paths_[subpath.path];
   CameraSight eye;
-  if (!view_.camera.see(vertex.p, path.random.pair(kLights + pair_of(subpath.vertices, sight)), eye)) return;
+  if (!view_.camera.see(vertex.p, path.random.pair(kLights + pair_of(subpath.vertices, kSight)), eye)) return;
   const float seen = view_.camera.film_density(-eye.direction) * vertex.cosine(eye.direction) /
                      (eye.distance * eye.distance);
-  const float pixels = static_cast<float>(view_.setup.image.width) * static_cast<float>(view_.setup.image.height);
+  const float pixels =
+      static_cast<float>(view_.setup.image.width) * static_cast<float>(view_.setup.image.height);
   const double others = vertex.trail.others(seen / pixels, vertex.density(eye.direction, vertex.back),
                                             ways_.to_light ? ways_to_eye(subpath.vertices, 1) : 0);
   const Vec3f light = vertex.beta.cwiseProduct(vertex.scattered(eye.direction)) *
@@ -319,11 +324,12 @@ void TilePaths::show(const Subpath& subpath, const Vertex& vertex) {
 // ---- Eye subpaths
 
 void TilePaths::walk_eyes() {
-  const float pixels = static_cast<float>(view_.setup.image.width) * static_cast<float>(view_.setup.image.height);
+  const float pixels =
+      static_cast<float>(view_.setup.image.width) * static_cast<float>(view_.setup.image.height);
   for (std::size_t k = 0; k < paths_.size(); ++k) {
     const Path& path = paths_[k];
-    const CameraRay ray = view_.camera.ray(path.x, path.y, path.random.pair(kEyes + film_point),
-                                           path.random.pair(kEyes + lens_point));
+    const CameraRay ray = view_.camera.ray(path.x, path.y, path.random.pair(kEyes + kFilmPoint),
+                                           path.random.pair(kEyes + kLensPoint));
     Subpath subpath;
     subpath.path = static_cast<std::uint32_t>(k);
     subpath.density = view_.camera.film_density(ray.direction);
@@ -343,8 +349,8 @@ void TilePaths::visit(std::size_t ray) {
   Subpath& subpath = subpaths_[ray];
   Arrival& arrival = arrivals_[ray];
   const bool glows = arrival.what == Meets::object &&
-                     view_.world.lights.object_hit(arrival.object.object, rays_.direction(ray), arrival.object,
-                                                   arrival.light);
+                     view_.world.lights.object_hit(arrival.object.object, rays_.origin(ray),
+                                                   rays_.direction(ray), arrival.object, arrival.light);
   if (glows || arrival.what == Meets::nothing || arrival.what == Meets::light) {
     find_light(ray);
     return;
@@ -385,8 +391,8 @@ void TilePaths::find_light(std::size_t ray) {
 void TilePaths::sample_light(const Subpath& subpath, const Vertex& vertex) {
   const PathRandom& random = paths_[subpath.path].random;
   LightSample light;
-  if (!view_.world.lights.sample(vertex.p, random.pair(kEyes + pair_of(subpath.vertices, choice_of_light)).u,
-                                 random.pair(kEyes + pair_of(subpath.vertices, point_of_light)), light))
+  if (!view_.world.lights.sample(vertex.p, random.pair(kEyes + pair_of(subpath.vertices, kChoiceOfLight)).u,
+                                 random.pair(kEyes + pair_of(subpath.vertices, kPointOfLight)), light))
     return;
   const float cosine = vertex.cosine(light.direction);
   const double found = vertex.density(vertex.back, light.direction) / light.pdf;
@@ -394,9 +400,11 @@ void TilePaths::sample_light(const Subpath& subpath, const Vertex& vertex) {
       found * found + vertex.trail.others(light.pdf_emit * cosine / (light.pdf * light.cosine),
                                           vertex.density(light.direction, vertex.back),
                                           ways_.light_vertices - 1);
-  const Vec3f bring = vertex.beta.cwiseProduct(vertex.scattered(light.direction)).cwiseProduct(light.radiance) *
-                      (cosine / light.pdf * static_cast<float>(1 / (1 + others)));
-  link(vertex.start(light.direction), light.direction, light.distance, {subpath.path, bring, vertex.ice, 0, 0});
+  const Vec3f bring =
+      vertex.beta.cwiseProduct(vertex.scattered(light.direction)).cwiseProduct(light.radiance) *
+      (cosine / light.pdf * static_cast<float>(1 / (1 + others)));
+  link(vertex.start(light.direction), light.direction, light.distance,
+       {subpath.path, bring, vertex.ice, 0, 0});
 }
 
 void TilePaths::connect(const Subpath& subpath, const Vertex& eye) {
@@ -459,7 +467,8 @@ void TilePaths::note_snow() {
   if (view_.grid.size() == 0) return;
   const bool smooth = view_.setup.image.snow == SnowShape::smooth;
   if (smooth) {
-    view_.world.kernels.surface_closest(view_.field.view(), view_.field.surface(), rays_.view(), 0, rays_.size());
+    view_.world.kernels.surface_closest(view_.field.view(), view_.field.surface(), rays_.view(), 0,
+                                        rays_.size());
   } else {
     view_.world.kernels.closest_coherent(view_.grid.view(), rays_.view(), 0, rays_.size());
   }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Bidirectional path tracing through surfaces and media, a tile of pixels and some samples at a time. Light
-// subpaths leave the lights and eye subpaths the camera; every vertex of an eye subpath is connected to a point
-// of a light and to every vertex of its path's light subpath, whose vertices are connected to the camera as
-// well. Every way of finding a path is weighted (mis.h). One sample of each kind of ray is drawn per vertex. All
-// rays of one kind and step form a stream, so that the kernels always see many, and each path adds to its own
-// pixel in a fixed order. The integrators `path` and `light` are the same code with fewer ways.
+// subpaths leave the lights and eye subpaths the camera; every vertex of an eye subpath is connected to a
+// point of a light and to every vertex of its path's light subpath, whose vertices are connected to the
+// camera as well. Every way of finding a path is weighted (mis.h). One sample of each kind of ray is drawn
+// per vertex. All rays of one kind and step form a stream, so that the kernels always see many, and each path
+// adds to its own pixel in a fixed order. The integrators `path` and `light` are the same code with fewer
+// ways.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -64,10 +65,10 @@ class TilePaths {
     int place = 1;  // how many vertices its subpath has with it
     Trail trail;
 
-    Vec3f scattered(const Vec3f& to) const;                      // BSDF or phase function, 1/sr
-    float density(const Vec3f& from, const Vec3f& to) const;     // of going there, coming from there; 1/sr
-    float cosine(const Vec3f& direction) const;                  // 1 in a medium
-    Vec3f start(const Vec3f& direction) const;                   // of a ray that leaves it
+    Vec3f scattered(const Vec3f& to) const;                   // BSDF or phase function, 1/sr
+    float density(const Vec3f& from, const Vec3f& to) const;  // of going there, coming from there; 1/sr
+    float cosine(const Vec3f& direction) const;               // 1 in a medium
+    Vec3f start(const Vec3f& direction) const;                // of a ray that leaves it
   };
   // On its way from one vertex to the next.
   struct Subpath {

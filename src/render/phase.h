@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Scattering inside a medium: Henyey and Greenstein 1941, with mean cosine g; 0 is isotropic. Densities are per solid angle;
-// they are the phase function itself, so a sampled direction carries no weight.
+// Scattering inside a medium: Henyey and Greenstein 1941, with mean cosine g; 0 is isotropic. Densities are
+// per solid angle; they are the phase function itself, so a sampled direction carries no weight.
 #pragma once
 #include <cmath>
 

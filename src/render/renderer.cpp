@@ -7,6 +7,7 @@
 
 #include "kernels/table.h"
 #include "src/core/parallel.h"
+#include "src/render/ice.h"
 #include "src/render/path.h"
 
 namespace firn {
@@ -32,7 +33,7 @@ struct Renderer::State {
         media(setup.media),
         grid(table.trace),
         snow(table.trace),
-        tint(IceData::picard) {}
+        tint(IceSource::picard) {}
 
   void build(const Snapshot& snapshot) {
     grid.build(snapshot, setup.snow, true);
@@ -43,7 +44,8 @@ struct Renderer::State {
     media.place(grid.origin());
     camera.place(grid.origin(), snapshot.time);
     const Bounds bounds = lit_bounds(snapshot.time);
-    lights.place(grid.origin(), bounds.center() - grid.origin(), static_cast<float>(0.5 * bounds.size().norm()));
+    lights.place(grid.origin(), bounds.center() - grid.origin(),
+                 static_cast<float>(0.5 * bounds.size().norm()));
   }
 
   // What light subpaths should reach: all that has an end, world space.

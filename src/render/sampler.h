@@ -86,7 +86,7 @@ class PathRandom {
   std::uint64_t key(std::uint32_t number) const { return sampler_.key(sample_, ~number); }
 
  private:
-  static constexpr std::uint32_t kOrderedPairs = 40;             // of each subpath
+  static constexpr std::uint32_t kOrderedPairs = 40;               // of each subpath
   static constexpr std::uint32_t kWithinSubpath = (1u << 30) - 1;  // the other bits tell which
 
   Sampler sampler_;

@@ -4,6 +4,7 @@
 #pragma once
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -12,6 +13,7 @@
 #include "src/core/vector.h"
 #include "src/geometry/keyframes.h"
 #include "src/geometry/shape.h"
+#include "src/render/image_texture.h"
 
 namespace firn {
 
@@ -43,8 +45,9 @@ enum class FilterKind { box, tent, gaussian, blackman_harris };
 struct ImageSettings {
   int width = 960;
   int height = 540;
-  int samples = 16;     // paths a pixel
-  // Scatterings of an eye subpath after the first; 0: direct light only. Roulette ends paths, so snow needs no limit.
+  int samples = 16;  // paths a pixel
+  // Scatterings of an eye subpath after the first; 0: direct light only. Roulette ends paths, so snow needs
+  // no limit.
   int max_bounces = 1000000;
   int light_bounces = 5;  // scatterings of a light subpath
   Integrator integrator = Integrator::path;
@@ -57,14 +60,19 @@ struct ImageSettings {
   int motion_slices = 4;  // moments that a frame with an open shutter is put together from
 };
 
-enum class SurfaceKind { diffuse, mirror, emission };
+// none: no surface at all, rays go through; where a medium ends whose index is that of its surroundings.
+enum class SurfaceKind { diffuse, mirror, glossy, dielectric, emission, none };
 struct Surface {
   std::string name;
   SurfaceKind kind = SurfaceKind::diffuse;
-  Vec3f albedo = Vec3f::Constant(0.5f);   // linear RGB reflectance, diffuse and mirror
-  Vec3f checker = Vec3f::Constant(-1.f);  // second albedo of a checker pattern; negative: none
-  double checker_size = 0.1;              // m
-  Vec3f emission = Vec3f::Zero();         // radiance
+  Vec3f albedo = Vec3f::Constant(0.5f);  // linear RGB reflectance; glossy: at normal incidence
+  float roughness = 0.3f;                // glossy: the root of GGX's alpha
+  float ior = 1.5f;  // dielectric: refractive index behind the surface over that before it
+  Vec3f checker = Vec3f::Constant(-1.f);        // second albedo of a checker pattern; negative: none
+  double checker_size = 0.1;                    // m
+  std::shared_ptr<const ImageTexture> texture;  // instead of the albedo, repeated over the surface
+  double texture_size = 1;                      // m, its width
+  Vec3f emission = Vec3f::Zero();               // radiance
 };
 
 struct Object {  // colliders, ground and scenery: anything that is seen but is not snow
@@ -90,25 +98,38 @@ struct SunLight {
 struct SkyLight {
   Vec3f zenith, horizon, ground;  // radiance; smooth gradient over elevation
 };
+struct DaySkyLight {             // a clear sky by Preetham, Shirley, Smits 1999
+  Vec3 sun = Vec3::UnitY();      // towards it, any length; above the horizon
+  double turbidity = 3;          // haze: 2 very clear, 3 clear, 6 and more hazy
+  double scale = 0.02;           // radiance per kcd/m^2
+  Vec3f ground = Vec3f::Zero();  // radiance below the horizon
+};
+struct ImageLight {                             // a picture of all directions, latitude over longitude
+  std::shared_ptr<const ImageTexture> picture;  // top row up, middle column towards -Z, right of it +X
+  double rotation = 0;                          // degrees about +Y
+  Vec3f radiance = Vec3f::Ones();               // of a pixel of 1
+};
 struct ConstantLight {
   Vec3f radiance;
 };
-using Light = std::variant<QuadLight, SphereLight, SunLight, SkyLight, ConstantLight>;
+using Light =
+    std::variant<QuadLight, SphereLight, SunLight, SkyLight, DaySkyLight, ImageLight, ConstantLight>;
 
-struct Medium {  // homogeneous, within a convex shape: ball, box, cylinder, capsule, plane (what lies below it)
+struct Medium {  // homogeneous, within a convex shape: ball, box, cylinder, capsule, plane (what lies below
+                 // it)
   Shape shape;
-  double thickness = INFINITY;        // m, of a plane's: a slab
-  Vec3f sigma_s = Vec3f::Ones();      // 1/m, scattering
-  Vec3f sigma_a = Vec3f::Zero();      // 1/m, absorption
-  float g = 0;                        // mean cosine of a scattering (Henyey-Greenstein)
+  double thickness = INFINITY;    // m, of a plane's: a slab
+  Vec3f sigma_s = Vec3f::Ones();  // 1/m, scattering
+  Vec3f sigma_a = Vec3f::Zero();  // 1/m, absorption
+  float g = 0;                    // mean cosine of a scattering (Henyey-Greenstein)
 };
 
 struct SnowLook {                             // one per snow object
   Vec3f albedo = Vec3f(0.93f, 0.95f, 0.97f);  // diffuse, linear RGB
-  double radius = 0.8;       // of a drawn particle, in particle spacings (cbrt of its volume)
-  double density = 400;      // kg/m^3, as placed
-  double extinction = 3.27;  // m^2/kg: of light, per density; grains of 0.5 mm
-  double g = 0.845;          // mean cosine of a scattering
+  double radius = 0.8;                // of a drawn particle, in particle spacings (cbrt of its volume)
+  double density = 400;               // kg/m^3, as placed
+  double extinction = 3.27;           // m^2/kg: of light, per density; grains of 0.5 mm
+  double g = 0.845;                   // mean cosine of a scattering
   double ice_per_collision = 5.3e-4;  // m of ice that light crosses at a collision
 };
 

@@ -31,21 +31,25 @@ TableSpec image_table() {
         {.choices = {"smooth", "spheres"},
          .meaning =
              "what of the snow is seen: a smooth surface around the particles, or each of them as a ball"});
-  t.key("integrator", &I::integrator,
-        {.choices = {"bidirectional", "path", "light"},
-         .meaning = "how light is found: from the camera and from the lights, from the camera alone, from the "
-                    "lights alone (which cannot see what is behind a mirror)"});
-  t.key("max_bounces", &I::max_bounces,
-        {.range = between(0, 1000000),
-         .meaning = "scatterings after the first, from the camera; 0 is direct light only. Light that fades is "
-                    "ended by chance, so snow needs no limit"});
+  t.key(
+      "integrator", &I::integrator,
+      {.choices = {"bidirectional", "path", "light"},
+       .meaning = "how light is found: from the camera and from the lights, from the camera alone, from the "
+                  "lights alone (which cannot see what is behind a mirror)"});
+  t.key(
+      "max_bounces", &I::max_bounces,
+      {.range = between(0, 1000000),
+       .meaning = "scatterings after the first, from the camera; 0 is direct light only. Light that fades is "
+                  "ended by chance, so snow needs no limit"});
   t.key("light_bounces", &I::light_bounces,
-        {.range = between(1, 15), .meaning = "scatterings of light on its way from a lamp, unless integrator = path"});
+        {.range = between(1, 15),
+         .meaning = "scatterings of light on its way from a lamp, unless integrator = path"});
   t.key("sampler", &I::sampler,
         {.choices = {"sobol", "independent"},
          .meaning = "random numbers: spread evenly over the samples of a pixel, or each for itself"});
   t.key("reference", &I::reference,
-        {.meaning = "nothing but the equations: every collision in the snow is followed with its true phase function"});
+        {.meaning = "nothing but the equations: every collision in the snow is followed with its true phase "
+                    "function"});
   return t.take();
 }
 
@@ -213,7 +217,8 @@ TableSpec output_table() {
 }  // namespace
 
 std::vector<TableSpec> picture_tables() {
-  return {camera_table(), image_table(), object_table(), medium_table(), light_table(), surface_table(), output_table()};
+  return {camera_table(), image_table(),   object_table(), medium_table(),
+          light_table(),  surface_table(), output_table()};
 }
 
 }  // namespace firn

@@ -39,7 +39,8 @@ double Scores::largest() const {
 }
 
 std::size_t Scores::beyond(double z) const {
-  return static_cast<std::size_t>(std::count_if(z_.begin(), z_.end(), [z](double x) { return std::fabs(x) > z; }));
+  return static_cast<std::size_t>(
+      std::count_if(z_.begin(), z_.end(), [z](double x) { return std::fabs(x) > z; }));
 }
 
 void require_unbiased(const Scores& scores) {

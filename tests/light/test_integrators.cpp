@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Path tracing, light tracing and bidirectional path tracing are different estimates of the same picture: block by block
-// they must agree within their own noise, measured over seeds.
+// Path tracing, light tracing and bidirectional path tracing are different estimates of the same picture:
+// block by block they must agree within their own noise, measured over seeds.
 #include <cmath>
 #include <string>
 #include <vector>
@@ -48,8 +48,8 @@ Blocks measure(RenderSetup setup, const Snapshot& snapshot, Integrator integrato
 void compare(const Blocks& a, const Blocks& b, Scores& scores) {
   for (std::size_t k = 0; k < a.each.size(); ++k) {
     const double error = std::hypot(a.each[k].error, b.each[k].error);
-    INFO("block " << k << ": " << a.each[k].mean << " +- " << a.each[k].error << " and " << b.each[k].mean << " +- "
-                  << b.each[k].error);
+    INFO("block " << k << ": " << a.each[k].mean << " +- " << a.each[k].error << " and " << b.each[k].mean
+                  << " +- " << b.each[k].error);
     if (error < 1e-7) {
       CHECK(a.each[k].mean == Approx(b.each[k].mean).margin(1e-5));
       continue;
@@ -76,7 +76,8 @@ void add_ball(RenderSetup& setup, const Vec3& center, double radius, int surface
 // A room, open to the camera: floor, ceiling, three walls, a lamp under the ceiling.
 RenderSetup room() {
   RenderSetup setup = empty_setup(Vec3(0, 0.5, 2.2), Vec3(0, 0.5, 0), 36, kSize, 1, 8);
-  const int white = add_surface(setup, SurfaceKind::diffuse, 0.7f), grey = add_surface(setup, SurfaceKind::diffuse, 0.3f);
+  const int white = add_surface(setup, SurfaceKind::diffuse, 0.7f),
+            grey = add_surface(setup, SurfaceKind::diffuse, 0.3f);
   add_box(setup, Vec3(0, -0.05, 0), Vec3(1.2, 0.1, 1.2), white);
   add_box(setup, Vec3(0, 1.05, 0), Vec3(1.2, 0.1, 1.2), white);
   add_box(setup, Vec3(0, 0.5, -0.55), Vec3(1.2, 1, 0.1), white);
@@ -138,7 +139,8 @@ TEST_CASE("path and bidirectional agree in milk behind glass", "[light]") {
   setup.lights.push_back(SphereLight{Vec3(0.4, 0.8, 0.3), 0.3, Vec3f::Constant(5)});
   setup.lights.push_back(ConstantLight{Vec3f::Constant(0.3f)});
   Scores scores;
-  compare(measure(setup, {}, Integrator::path, 128), measure(setup, {}, Integrator::bidirectional, 64), scores);
+  compare(measure(setup, {}, Integrator::path, 128), measure(setup, {}, Integrator::bidirectional, 64),
+          scores);
   require_unbiased(scores);
 }
 
@@ -150,7 +152,8 @@ TEST_CASE("path, light and bidirectional agree on snow under sun and sky", "[lig
   setup.lights.push_back(SkyLight{Vec3f::Constant(0.3f), Vec3f::Constant(0.5f), Vec3f::Constant(0.2f)});
   const Snapshot snow = snowball(Vec3::Zero(), 0.15, 0.012);
   Scores scores;
-  compare(measure(setup, snow, Integrator::path, 64), measure(setup, snow, Integrator::bidirectional, 32), scores);
+  compare(measure(setup, snow, Integrator::path, 64), measure(setup, snow, Integrator::bidirectional, 32),
+          scores);
   require_unbiased(scores);
 }
 
@@ -162,14 +165,16 @@ TEST_CASE("path and bidirectional agree on a lamp seen through snow", "[light]")
   add_box(setup, Vec3(0, -0.2, 0), Vec3(1, 0.1, 1), add_surface(setup, SurfaceKind::diffuse, 0.5f));
   const Snapshot snow = snowball(Vec3::Zero(), 0.15, 0.012);
   Scores scores;
-  compare(measure(setup, snow, Integrator::path, 64), measure(setup, snow, Integrator::bidirectional, 32), scores);
+  compare(measure(setup, snow, Integrator::path, 64), measure(setup, snow, Integrator::bidirectional, 32),
+          scores);
   require_unbiased(scores);
 }
 
 TEST_CASE("path and bidirectional agree among mirrors, glass, gloss and snow", "[light]") {
   RenderSetup setup = room();
   make_thin(setup);
-  const int gloss = add_surface(setup, SurfaceKind::glossy, 0.6f), glass = add_surface(setup, SurfaceKind::dielectric, 1),
+  const int gloss = add_surface(setup, SurfaceKind::glossy, 0.6f),
+            glass = add_surface(setup, SurfaceKind::dielectric, 1),
             mirror = add_surface(setup, SurfaceKind::mirror, 0.9f);
   setup.surfaces[static_cast<std::size_t>(gloss)].roughness = 0.5f;
   add_ball(setup, Vec3(-0.28, 0.16, 0.1), 0.15, gloss);
@@ -177,6 +182,7 @@ TEST_CASE("path and bidirectional agree among mirrors, glass, gloss and snow", "
   add_box(setup, Vec3(0.2, 0.3, -0.3), Vec3(0.3, 0.6, 0.1), mirror);
   const Snapshot snow = snowball(Vec3(0, 0.5, -0.1), 0.12, 0.012);
   Scores scores;
-  compare(measure(setup, snow, Integrator::path, 256), measure(setup, snow, Integrator::bidirectional, 96), scores);
+  compare(measure(setup, snow, Integrator::path, 256), measure(setup, snow, Integrator::bidirectional, 96),
+          scores);
   require_unbiased(scores);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Homogeneous media against transport theory. By reciprocity the part of a beam that a slab reflects is the radiance
-// that it shows in the beam's direction under uniform light from that side; what it lets through, under light from the
-// other side.
+// Homogeneous media against transport theory. By reciprocity the part of a beam that a slab reflects is the
+// radiance that it shows in the beam's direction under uniform light from that side; what it lets through,
+// under light from the other side.
 #include <cmath>
 #include <cstdlib>
 #include <map>
@@ -83,8 +83,8 @@ TEST_CASE("slabs reflect and let through what adding-doubling says", "[light]") 
         const double factor = std::pow(pilot.error / wanted, 2);
         const int samples = static_cast<int>(std::min(std::max(16 * factor, 16.0), 4096.0));
         const Estimate seen = measure(medium, mu, kSide, samples);
-        INFO("a " << row["a"] << " g " << row["g"] << " tau " << row["tau"] << " " << name << ": " << seen.mean
-                  << " +- " << seen.error << ", expected " << expected);
+        INFO("a " << row["a"] << " g " << row["g"] << " tau " << row["tau"] << " " << name << ": "
+                  << seen.mean << " +- " << seen.error << ", expected " << expected);
         CHECK(std::fabs(seen.mean - expected) < 4.5 * std::max(seen.error, 1e-6));
         if (seen.error > 1e-6) scores.add(seen.mean, expected, seen.error);
       };
@@ -96,8 +96,8 @@ TEST_CASE("slabs reflect and let through what adding-doubling says", "[light]") 
 }
 
 TEST_CASE("a half space of isotropic scatterers shines as Chandrasekhar's H functions", "[light]") {
-  // Albedo of the plane, as its radiance under uniform light; and the radiance at mu under a beam from mu0 = 0.7:
-  // L = a / (4 pi) mu0 / (mu + mu0) H(mu) H(mu0) for a beam of unit irradiance across itself.
+  // Albedo of the plane, as its radiance under uniform light; and the radiance at mu under a beam from mu0 =
+  // 0.7: L = a / (4 pi) mu0 / (mu + mu0) H(mu) H(mu0) for a beam of unit irradiance across itself.
   std::map<std::string, std::map<std::string, double>> h;
   Scores scores;
   for (auto& row : reference_table("hfunction_isotropic")) {
@@ -115,7 +115,8 @@ TEST_CASE("a half space of isotropic scatterers shines as Chandrasekhar's H func
       const Estimate seen =
           radiance_along(setup, {}, Vec3(0, m, std::sqrt(1 - m * m)), Vec3::Zero(), kSide, 256);
       const double expected = number(a) / (4 * kPi) * 0.7 / (m + 0.7) * value * of["0.7"];
-      INFO("a " << a << " mu " << mu << ": " << seen.mean << " +- " << seen.error << ", expected " << expected);
+      INFO("a " << a << " mu " << mu << ": " << seen.mean << " +- " << seen.error << ", expected "
+                << expected);
       CHECK(seen.mean == Approx(expected).epsilon(0.01).margin(4.5 * seen.error));
       scores.add(seen.mean, expected, seen.error);
     }
@@ -144,7 +145,8 @@ TEST_CASE("in a white furnace a medium that absorbs nothing cannot be seen", "[l
 }
 
 TEST_CASE("light walks 4V/S through a convex body that scatters, whatever is in it", "[light]") {
-  // 1 - radiance is the mean path times the absorption where that is small. Seen from far, evenly over its disc.
+  // 1 - radiance is the mean path times the absorption where that is small. Seen from far, evenly over its
+  // disc.
   const double radius = 0.2, absorption = 1e-3 / radius;
   for (const double sigma : {0.5, 5.0, 50.0}) {
     for (const double g : {0.0, 0.8}) {
@@ -171,7 +173,8 @@ TEST_CASE("light walks 4V/S through a convex body that scatters, whatever is in 
 }
 
 TEST_CASE("a photon collides (1 - R) / (1 - albedo) times in a half space", "[light]") {
-  // Analog: a photon survives a collision with the chance of the albedo. Absorbed ones are those that did not leave.
+  // Analog: a photon survives a collision with the chance of the albedo. Absorbed ones are those that did not
+  // leave.
   for (const double albedo : {0.5, 0.9, 0.99}) {
     MediumSet media({slab(albedo, 0.75, INFINITY)});
     media.place(Vec3::Zero());

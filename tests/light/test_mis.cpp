@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The weights of all ways to find one path, put together from trails as the integrator does it, against the definition:
-// p_s^2 over the sum of all p_i^2.
+// The weights of all ways to find one path, put together from trails as the integrator does it, against the
+// definition: p_s^2 over the sum of all p_i^2.
 #include <vector>
 
 #include "src/core/rng.h"
