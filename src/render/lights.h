@@ -37,6 +37,7 @@ struct Emission {
   float pdf_emit = 0;     // as above
   float pdf_start = 0;    // choice x density of the start: per area (1/m^2); at infinity per solid angle (1/sr)
   float cosine = 1;       // at the light; 1 at infinity
+  int light = 0;          // as LightHit
   bool distant = false;   // `origin` lies on a disc before the scene
 };
 
@@ -70,7 +71,7 @@ class LightSet {
   bool hit(const Vec3f& o, const Vec3f& d, float& t, LightHit& out) const;
 
   // The ray met an object: false if it does not glow.
-  bool object_hit(int object, const Vec3f& o, const Vec3f& d, const ObjectHit& met, LightHit& out) const;
+  bool object_hit(int object, const Vec3f& d, const ObjectHit& met, LightHit& out) const;
 
   // What a ray that leaves the scene brings. Its pdf_emit is 0 if its line misses the disc.
   LightHit escape(const Vec3f& o, const Vec3f& d) const;

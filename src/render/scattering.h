@@ -27,9 +27,11 @@ struct SurfacePoint {
 enum class Carries { radiance, importance };
 
 struct Scattered {
-  Vec3f direction;              // wi, unit
-  Vec3f weight;                 // BSDF |cos| / pdf
-  float pdf, pdf_reverse;       // of wi given wo, of wo given wi: per solid angle, or (specular) the chance of this way
+  Vec3f direction;         // wi, unit
+  Vec3f weight;            // BSDF |cos| / pdf
+  float pdf, pdf_reverse;  // of wi given wo, of wo given wi; 1/sr
+  // Then the pdfs are chances, over the one delta of directions that both share: refraction changes solid angles, so the
+  // reverse one has the factor (n^2 cos of wo) / (n^2 cos of wi).
   bool specular;
 };
 
