@@ -142,8 +142,8 @@ bool LightSet::emit(float choice, Sample2 place, Sample2 direction, Emission& ou
   out.pdf_emit = density / total_power_;
   out.pdf_start = out.pdf_emit * kPi * radius_ * radius_;
   out.cosine = 1;
-  out.distant = true;
   out.light = distant();
+  out.distant = true;
   return out.pdf_emit > 0;
 }
 
@@ -156,8 +156,8 @@ void LightSet::emit_lamp(int lamp, Sample2 place, Sample2 direction, Emission& o
   out.radiance = hit.radiance;
   out.pdf_emit = hit.pdf_emit;
   out.pdf_start = std::visit([](const auto& one) { return one.strength * kPi; }, lamps_[lamp]) / total_power_;
-  out.distant = false;
   out.light = lamp;
+  out.distant = false;
 }
 
 bool LightSet::hit(const Vec3f& o, const Vec3f& d, float& t, LightHit& out) const {
@@ -170,8 +170,7 @@ bool LightSet::hit(const Vec3f& o, const Vec3f& d, float& t, LightHit& out) cons
   return met >= 0;
 }
 
-bool LightSet::object_hit(int object, const Vec3f&, const Vec3f& d, const ObjectHit& met,
-                          LightHit& out) const {
+bool LightSet::object_hit(int object, const Vec3f& d, const ObjectHit& met, LightHit& out) const {
   const int lamp = lamp_of_object_[object];
   if (lamp < 0) return false;
   const float facing = -d.dot(met.normal);
@@ -212,8 +211,7 @@ Vec3f LightSet::distant_direction(float left, Sample2 at) const {
     if (left < sun.strength) return cone_direction(sun.direction, sun.spread, at);
     left -= sun.strength;
   }
-  return sky_.strength() > 0 ? sky_.sample(at)
-                             : cone_direction(suns_.back().direction, suns_.back().spread, at);
+  return sky_.strength() > 0 ? sky_.sample(at) : cone_direction(suns_.back().direction, suns_.back().spread, at);
 }
 
 }  // namespace firn

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "src/render/scattering.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "src/render/directions.h"
@@ -8,89 +9,132 @@
 namespace firn {
 namespace {
 
-// ---- GGX, with directions in the surface's frame: z along the normal, on the side of wo
+constexpr float kSmoothest = 1e-3f;  // alpha: below it facets are told apart by rounding
 
-struct Gloss {
-  float alpha2;
-
-  float distribution(float hz) const {
-    const float base = hz * hz * (alpha2 - 1) + 1;
-    return alpha2 / (kPi * base * base);
-  }
-  // Smith's Lambda.
-  float hidden(float z) const {
-    const float z2 = z * z;
-    return 0.5f * (std::sqrt(1 + alpha2 * (1 - z2) / z2) - 1);
-  }
+// The surface as seen from wo: `n` is the normal on its side.
+struct Side {
+  Side(const SurfacePoint& surface, const Vec3f& wo)
+      : outside(surface.normal.dot(wo) >= 0), n(outside ? surface.normal : Vec3f(-surface.normal)) {}
+  bool outside;
+  Vec3f n;
 };
 
-Gloss gloss_of(const SurfacePoint& surface) {
-  const float alpha = std::fmax(surface.roughness * surface.roughness, 1e-3f);
-  return {alpha * alpha};
+// ---- GGX in a frame whose z is the normal
+
+float alpha_of(const SurfacePoint& surface) {
+  return std::max(surface.roughness * surface.roughness, kSmoothest);
+}
+
+float square(float x) { return x * x; }
+
+float facets(float alpha, const Vec3f& m) {  // D, 1/sr
+  const float a2 = alpha * alpha;
+  return a2 / (kPi * square(m.x() * m.x() + m.y() * m.y() + a2 * m.z() * m.z()));
+}
+
+float smith(float alpha, const Vec3f& w) {  // Lambda
+  const float tan2 = (w.x() * w.x() + w.y() * w.y()) / (w.z() * w.z());
+  return 0.5f * (std::sqrt(1 + alpha * alpha * tan2) - 1);
 }
 
 Vec3f schlick(const Vec3f& albedo, float cosine) {
-  const float c = 1 - cosine, c2 = c * c;
-  return albedo + (Vec3f::Ones() - albedo) * (c2 * c2 * c);
+  const float c = 1 - cosine, c5 = c * c * c * c * c;
+  return albedo + c5 * (Vec3f::Ones() - albedo);
 }
 
-// The normals that wo sees (Heitz 2018, section 3.2), wo in the frame of n.
-Vec3f visible_normal(float alpha, const Vec3f& wo, Sample2 at) {
-  const Vec3f v = Vec3f(alpha * wo.x(), alpha * wo.y(), wo.z()).normalized();
-  const float flat = v.x() * v.x() + v.y() * v.y();
-  const Vec3f t1 = flat > 0 ? Vec3f(Vec3f(-v.y(), v.x(), 0) / std::sqrt(flat)) : Vec3f(1, 0, 0);
-  const Vec3f t2 = v.cross(t1);
+// A facet with the density by which w sees it (Heitz 2018, with his names).
+Vec3f visible_facet(float alpha, const Vec3f& w, Sample2 at) {
+  const Vec3f Vh = Vec3f(alpha * w.x(), alpha * w.y(), w.z()).normalized();
   const Disc disc = on_circle(std::sqrt(at.u), at.v);
-  const float s = 0.5f * (1 + v.z());
-  const float y = (1 - s) * std::sqrt(std::fmax(1 - disc.x * disc.x, 0.f)) + s * disc.y;
-  const float z = std::sqrt(std::fmax(1 - disc.x * disc.x - y * y, 0.f));
-  const Vec3f n = disc.x * t1 + y * t2 + z * v;
-  return Vec3f(alpha * n.x(), alpha * n.y(), std::fmax(n.z(), 1e-6f)).normalized();
+  const float across = Vh.x() * Vh.x() + Vh.y() * Vh.y();
+  const Vec3f T1 = across > 0 ? Vec3f(Vec3f(-Vh.y(), Vh.x(), 0) / std::sqrt(across)) : Vec3f::UnitX();
+  const Vec3f T2(-Vh.z() * T1.y(), Vh.z() * T1.x(), Vh.x() * T1.y() - Vh.y() * T1.x());
+  const float s = 0.5f * (1 + Vh.z()), t1 = disc.x;
+  const float t2 = (1 - s) * std::sqrt(std::max(0.f, 1 - t1 * t1)) + s * disc.y;
+  const Vec3f Nh = t1 * T1 + t2 * T2 + std::sqrt(std::max(0.f, 1 - t1 * t1 - t2 * t2)) * Vh;
+  return Vec3f(alpha * Nh.x(), alpha * Nh.y(), std::max(0.f, Nh.z())).normalized();
 }
 
-// The normal on the side of wo.
-Vec3f facing(const SurfacePoint& surface, const Vec3f& wo) {
-  return surface.normal.dot(wo) < 0 ? Vec3f(-surface.normal) : surface.normal;
-}
-
-struct Facets {  // of a glossy reflection
-  float z_out, z_in, z_half, along;
-  bool above;
+// Two directions in the frame of the side that wo is on, and the facet that reflects one into the other.
+struct Facet {
+  Facet(const SurfacePoint& surface, const Vec3f& wo, const Vec3f& wi) {
+    const Side side(surface, wo);
+    o = toward(side.n, wo), i = toward(side.n, wi);
+    valid = o.z() > 0 && i.z() > 0;
+    if (valid) m = (o + i).normalized();
+  }
+  static Vec3f toward(const Vec3f& n, const Vec3f& w) {
+    return {w.dot(around(n, 1, 0, 0)), w.dot(around(n, 0, 1, 0)), w.dot(n)};
+  }
+  Vec3f o, i, m;
+  bool valid;
 };
-Facets facets(const Vec3f& n, const Vec3f& wo, const Vec3f& wi) {
-  const Vec3f half = (wo + wi).normalized();
-  const float z_out = n.dot(wo), z_in = n.dot(wi);
-  return {z_out, z_in, n.dot(half), wo.dot(half), z_out > 0 && z_in > 0};
+
+Vec3f evaluate_glossy(const SurfacePoint& surface, const Vec3f& wo, const Vec3f& wi) {
+  const Facet facet(surface, wo, wi);
+  if (!facet.valid) return Vec3f::Zero();
+  const float alpha = alpha_of(surface);
+  const float g2 = 1 / (1 + smith(alpha, facet.o) + smith(alpha, facet.i));
+  return schlick(surface.albedo, std::min(facet.o.dot(facet.m), 1.f)) *
+         (facets(alpha, facet.m) * g2 / (4 * facet.o.z() * facet.i.z()));
 }
 
-// Reflected part of unpolarised light at a smooth boundary; `ratio`: index behind it over index before it.
-// `inside` is the cosine of the refracted ray.
-float fresnel(float cosine, float ratio, float& inside) {
-  const float sin2 = (1 - cosine * cosine) / (ratio * ratio);
-  if (sin2 >= 1) return 1;
-  inside = std::sqrt(1 - sin2);
-  const float s = (cosine - ratio * inside) / (cosine + ratio * inside),
-              p = (ratio * cosine - inside) / (ratio * cosine + inside);
-  return 0.5f * (s * s + p * p);
+float density_glossy(const SurfacePoint& surface, const Vec3f& wo, const Vec3f& wi) {
+  const Facet facet(surface, wo, wi);
+  if (!facet.valid) return 0;
+  const float alpha = alpha_of(surface);
+  return facets(alpha, facet.m) / (4 * facet.o.z() * (1 + smith(alpha, facet.o)));
+}
+
+// ---- What scatter() does for each kind
+
+bool scatter_diffuse(const SurfacePoint& surface, const Vec3f& wo, Sample2 at, Scattered& out) {
+  const Side side(surface, wo);
+  const Vec3f wi = cosine_direction(side.n, at);
+  out = {wi, surface.albedo, side.n.dot(wi) / kPi, side.n.dot(wo) / kPi, false};
+  return out.pdf > 0;
+}
+
+bool scatter_mirror(const SurfacePoint& surface, const Vec3f& wo, Scattered& out) {
+  const Vec3f& n = surface.normal;
+  out = {(2 * n.dot(wo) * n - wo).normalized(), surface.albedo, 1, 1, true};
+  return true;
+}
+
+bool scatter_glossy(const SurfacePoint& surface, const Vec3f& wo, Sample2 at, Scattered& out) {
+  const Side side(surface, wo);
+  const Vec3f o = Facet::toward(side.n, wo);
+  if (!(o.z() > 0)) return false;
+  const Vec3f m = visible_facet(alpha_of(surface), o, at), i = (2 * o.dot(m) * m - o).normalized();
+  if (!(i.z() > 0)) return false;
+  out.direction = around(side.n, i.x(), i.y(), i.z()).normalized();
+  out.pdf = density_glossy(surface, wo, out.direction);
+  out.pdf_reverse = density_glossy(surface, out.direction, wo);
+  out.specular = false;
+  if (!(out.pdf > 0)) return false;
+  out.weight =
+      evaluate_glossy(surface, wo, out.direction) * (std::fabs(side.n.dot(out.direction)) / out.pdf);
+  return true;
 }
 
 bool scatter_dielectric(const SurfacePoint& surface, const Vec3f& wo, float choice, Carries carries,
                         Scattered& out) {
-  const Vec3f n = facing(surface, wo);
-  const float ratio = surface.normal.dot(wo) > 0 ? surface.ior : 1 / surface.ior;
-  const float cosine = std::fmin(n.dot(wo), 1.f);
-  float inside = 0;
-  const float reflected = fresnel(cosine, ratio, inside);
-  out.weight = Vec3f::Ones();
+  const Side side(surface, wo);
+  const float eta = side.outside ? surface.ior : 1 / surface.ior;  // of the far side, over this one
+  const float cos_o = std::min(side.n.dot(wo), 1.f), sin2 = (1 - cos_o * cos_o) / (eta * eta);
+  const float cos_t = std::sqrt(std::max(0.f, 1 - sin2));
+  const float across = (cos_o - eta * cos_t) / (cos_o + eta * cos_t),
+              along = (eta * cos_o - cos_t) / (eta * cos_o + cos_t);
+  const float reflected = sin2 < 1 ? 0.5f * (across * across + along * along) : 1;
   if (choice < reflected) {
-    out.direction = (2 * cosine * n - wo).normalized();
-    out.pdf = out.pdf_reverse = reflected;
+    out = {(2 * cos_o * side.n - wo).normalized(), Vec3f::Ones(), reflected, reflected, true};
     return true;
   }
-  out.direction = ((cosine * n - wo) / ratio - inside * n).normalized();
-  out.pdf = out.pdf_reverse = 1 - reflected;
-  if (carries == Carries::radiance) out.weight /= ratio * ratio;
-  return true;
+  const float passed = 1 - reflected, weight = carries == Carries::radiance ? 1 / (eta * eta) : 1;
+  const Vec3f wi = ((cos_o / eta - cos_t) * side.n - wo / eta).normalized();
+  // n^2 cos dw is the same on both sides.
+  out = {wi, Vec3f::Constant(weight), passed, passed * cos_o / (cos_t * eta * eta), true};
+  return cos_t > 0;
 }
 
 }  // namespace
@@ -100,67 +144,36 @@ bool is_specular(const SurfacePoint& surface) {
          surface.kind == SurfaceKind::none;
 }
 
+bool scatter(const SurfacePoint& surface, const Vec3f& wo, float choice, Sample2 at, Carries carries,
+             Scattered& out) {
+  switch (surface.kind) {
+    case SurfaceKind::diffuse:
+      return scatter_diffuse(surface, wo, at, out);
+    case SurfaceKind::mirror:
+      return scatter_mirror(surface, wo, out);
+    case SurfaceKind::glossy:
+      return scatter_glossy(surface, wo, at, out);
+    case SurfaceKind::dielectric:
+      return scatter_dielectric(surface, wo, choice, carries, out);
+    case SurfaceKind::emission:
+      return false;
+    case SurfaceKind::none:
+      break;
+  }
+  out = {-wo, Vec3f::Ones(), 1, 1, true};
+  return true;
+}
+
 Vec3f evaluate(const SurfacePoint& surface, const Vec3f& wo, const Vec3f& wi) {
-  const Vec3f n = facing(surface, wo);
-  if (surface.kind == SurfaceKind::diffuse)
-    return n.dot(wi) > 0 ? Vec3f(surface.albedo / kPi) : Vec3f(0, 0, 0);
-  if (surface.kind != SurfaceKind::glossy) return Vec3f::Zero();
-  const Facets f = facets(n, wo, wi);
-  if (!f.above) return Vec3f::Zero();
-  const Gloss gloss = gloss_of(surface);
-  const float seen = 1 / (1 + gloss.hidden(f.z_out) + gloss.hidden(f.z_in));
-  return schlick(surface.albedo, f.along) * (gloss.distribution(f.z_half) * seen / (4 * f.z_out * f.z_in));
+  if (surface.kind == SurfaceKind::glossy) return evaluate_glossy(surface, wo, wi);
+  if (surface.kind != SurfaceKind::diffuse || !(Side(surface, wo).n.dot(wi) > 0)) return Vec3f::Zero();
+  return surface.albedo / kPi;
 }
 
 float density(const SurfacePoint& surface, const Vec3f& wo, const Vec3f& wi) {
-  const Vec3f n = facing(surface, wo);
-  if (surface.kind == SurfaceKind::diffuse) return std::fmax(n.dot(wi), 0.f) / kPi;
-  if (surface.kind != SurfaceKind::glossy) return 0;
-  const Facets f = facets(n, wo, wi);
-  if (!f.above) return 0;
-  const Gloss gloss = gloss_of(surface);
-  return gloss.distribution(f.z_half) / ((1 + gloss.hidden(f.z_out)) * 4 * f.z_out);
-}
-
-bool scatter(const SurfacePoint& surface, const Vec3f& wo, float choice, Sample2 at, Carries carries,
-             Scattered& out) {
-  const Vec3f n = facing(surface, wo);
-  out.specular = is_specular(surface);
-  switch (surface.kind) {
-    case SurfaceKind::diffuse:
-      out.direction = cosine_direction(n, at);
-      out.weight = surface.albedo;
-      break;
-    case SurfaceKind::glossy: {
-      const float alpha = std::sqrt(gloss_of(surface).alpha2);
-      // The frame of around(n, ...), undone.
-      const Vec3f x = around(n, 1, 0, 0), y = around(n, 0, 1, 0);
-      const Vec3f local(x.dot(wo), y.dot(wo), n.dot(wo));
-      const Vec3f h = visible_normal(alpha, local, at), half = around(n, h.x(), h.y(), h.z());
-      out.direction = (2 * wo.dot(half) * half - wo).normalized();
-      out.pdf = density(surface, wo, out.direction);
-      if (!(out.pdf > 0)) return false;
-      out.weight = evaluate(surface, wo, out.direction) * (n.dot(out.direction) / out.pdf);
-      break;
-    }
-    case SurfaceKind::mirror:
-      out.direction = (2 * n.dot(wo) * n - wo).normalized();
-      out.weight = surface.albedo;
-      out.pdf = out.pdf_reverse = 1;
-      return true;
-    case SurfaceKind::dielectric:
-      return scatter_dielectric(surface, wo, choice, carries, out);
-    case SurfaceKind::none:
-      out.direction = -wo;
-      out.weight = Vec3f::Ones();
-      out.pdf = out.pdf_reverse = 1;
-      return true;
-    case SurfaceKind::emission:
-      return false;
-  }
-  out.pdf = density(surface, wo, out.direction);
-  out.pdf_reverse = density(surface, out.direction, wo);
-  return out.pdf > 0;
+  if (surface.kind == SurfaceKind::glossy) return density_glossy(surface, wo, wi);
+  if (surface.kind != SurfaceKind::diffuse) return 0;
+  return std::max(0.f, Side(surface, wo).n.dot(wi)) / kPi;
 }
 
 }  // namespace firn
