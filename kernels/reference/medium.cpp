@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <vector>
 
 #include "kernels/reference/trace.h"
 
@@ -10,13 +8,11 @@ namespace firn::kernels::reference {
 namespace {
 
 constexpr int kParts = 64;
+constexpr int kMostSpans = 1024;
 
 struct Span {
   double begin, end;  // m, along the ray
 };
-bool contains(const std::vector<Span>& spans, double t) {
-  return std::any_of(spans.begin(), spans.end(), [&](const Span& s) { return s.begin <= t && t <= s.end; });
-}
 
 struct Line {
   const double *o, *d;
@@ -75,7 +71,7 @@ double depth_of_piece(const TraceGrid& grid, const MediumField& field, const Lin
     if (field.ball_density < 0) return in_ball ? density * scale : 0;
     const bool snow =
         kind == kInside || (kind == kCrossed && cell.of(grid, field.fill, ray, t) >= field.level);
-    return scale * std::max<double>(snow ? density : 0, in_ball ? field.ball_density : 0);
+    return scale * std::fmax(snow ? density : 0., in_ball ? field.ball_density : 0.);
   };
   if (field.ball_density < 0 || (!in_ball && kind != kCrossed))
     return (end - begin) / 6 * (sigma(begin) + 4 * sigma((begin + end) / 2) + sigma(end));
@@ -84,16 +80,68 @@ double depth_of_piece(const TraceGrid& grid, const MediumField& field, const Lin
   return sum * (end - begin) / kParts;
 }
 
-// The faces of cells that the ray passes within the grid.
-void add_faces(const TraceGrid& grid, const Line& ray, Span within, std::vector<double>& cuts) {
-  for (int a = 0; a < 3; ++a) {
-    if (ray.d[a] == 0) continue;
-    for (int face = 0; face <= grid.cells[a]; ++face) {
-      const double t = (face * static_cast<double>(grid.cell) - ray.o[a]) / ray.d[a];
-      if (t > within.begin && t < within.end) cuts.push_back(t);
+// What of a ray lies in balls: disjoint spans, in no order.
+struct Spans {
+  Span of[kMostSpans];
+  int count = 0;
+  bool full = false;
+
+  void add(Span s) {
+    for (int k = 0; k < count;) {
+      if (of[k].end < s.begin || s.end < of[k].begin) {
+        ++k;
+        continue;
+      }
+      s = {std::fmin(s.begin, of[k].begin), std::fmax(s.end, of[k].end)};
+      of[k] = of[--count];
     }
+    full = full || count == kMostSpans;
+    if (!full) of[count++] = s;
+  }
+  bool contain(double t) const {
+    for (int k = 0; k < count; ++k) {
+      if (of[k].begin <= t && t <= of[k].end) return true;
+    }
+    return false;
+  }
+  // Where the next of them begins or ends.
+  double next(double t) const {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < count; ++k) {
+      if (of[k].begin > t) nearest = std::fmin(nearest, of[k].begin);
+      if (of[k].end > t) nearest = std::fmin(nearest, of[k].end);
+    }
+    return nearest;
+  }
+};
+
+void add_balls(const TraceGrid& grid, std::size_t count, const Line& ray, Spans& spans) {
+  for (std::size_t p = 0; p < count; ++p) {
+    const double radius = grid.radius == nullptr ? grid.max_radius : grid.radius[p];
+    if (!(radius > 0)) continue;
+    const double center[3] = {grid.x[p], grid.y[p], grid.z[p]};
+    const Span span = chord(ray, center, radius);
+    if (span.begin < span.end) spans.add(span);
   }
 }
+
+// The faces of the cells across one axis, in the order in which the ray passes them.
+struct Faces {
+  const TraceGrid& grid;
+  const Line& ray;
+  int axis, face;
+
+  Faces(const TraceGrid& its_grid, const Line& its_ray, int a)
+      : grid(its_grid), ray(its_ray), axis(a), face(its_ray.d[a] > 0 ? 0 : its_grid.cells[a]) {}
+  double next(double t) {
+    if (ray.d[axis] == 0) return std::numeric_limits<double>::infinity();
+    for (; face >= 0 && face <= grid.cells[axis]; face += ray.d[axis] > 0 ? 1 : -1) {
+      const double at = (face * static_cast<double>(grid.cell) - ray.o[axis]) / ray.d[axis];
+      if (at > t) return at;
+    }
+    return std::numeric_limits<double>::infinity();
+  }
+};
 
 double depth_of_strays(const TraceGrid& grid, const MediumField& field, const Line& ray, Span within) {
   double sum = 0;
@@ -103,8 +151,8 @@ double depth_of_strays(const TraceGrid& grid, const MediumField& field, const Li
     if (!(balls.r2[lane] > 0)) continue;
     const double center[3] = {balls.x[lane], balls.y[lane], balls.z[lane]};
     const Span span = chord(ray, center, std::sqrt(static_cast<double>(balls.r2[lane])));
-    const double length = std::min(span.end, within.end) - std::max(span.begin, within.begin);
-    sum += std::max(length, 0.) * field.stray_extinction[k];
+    const double length = std::fmin(span.end, within.end) - std::fmax(span.begin, within.begin);
+    sum += std::fmax(length, 0.) * field.stray_extinction[k];
   }
   return sum;
 }
@@ -114,30 +162,19 @@ double depth_of_strays(const TraceGrid& grid, const MediumField& field, const Li
 double optical_depth(const TraceGrid& grid, const MediumField& field, std::size_t count, const double o[3],
                      const double d[3], double from, double to) {
   const Line ray{o, d};
+  Spans balls;
+  add_balls(grid, count, ray, balls);
+  if (balls.full) return std::numeric_limits<double>::quiet_NaN();
   double sum = depth_of_strays(grid, field, ray, {from, to});
-  std::vector<double> cuts;
-  add_faces(grid, ray, {from, to}, cuts);
-  const double last = cuts.empty() ? from : *std::max_element(cuts.begin(), cuts.end());
-  cuts.push_back(from);
-  if (std::isfinite(to)) cuts.push_back(to);
-  std::vector<Span> balls;
-  for (std::size_t p = 0; p < count; ++p) {
-    const double radius = grid.radius == nullptr ? grid.max_radius : grid.radius[p];
-    if (!(radius > 0)) continue;
-    const double center[3] = {grid.x[p], grid.y[p], grid.z[p]};
-    const Span span = chord(ray, center, radius);
-    if (span.begin >= span.end) continue;
-    balls.push_back(span);
-    for (const double t : {span.begin, span.end}) {
-      if (t > from && t < std::max(last, std::isfinite(to) ? to : last)) cuts.push_back(t);
-    }
-  }
-  std::sort(cuts.begin(), cuts.end());
-  for (std::size_t k = 1; k < cuts.size(); ++k) {
-    const double middle = (cuts[k - 1] + cuts[k]) / 2;
+  Faces faces[3] = {{grid, ray, 0}, {grid, ray, 1}, {grid, ray, 2}};
+  for (double begin = from, end; begin < to; begin = end) {
+    const double face =
+        std::fmin(faces[0].next(begin), std::fmin(faces[1].next(begin), faces[2].next(begin)));
+    if (std::isinf(face)) break;  // beyond the cells
+    end = std::fmin(to, std::fmin(face, balls.next(begin)));
+    const double middle = (begin + end) / 2;
     const Cell cell(grid, ray, middle);
-    if (cell.slot < 0) continue;
-    sum += depth_of_piece(grid, field, ray, cell, contains(balls, middle), cuts[k - 1], cuts[k]);
+    if (cell.slot >= 0) sum += depth_of_piece(grid, field, ray, cell, balls.contain(middle), begin, end);
   }
   return sum;
 }

@@ -38,9 +38,9 @@ class SnowField {
   // The grid as rays see it that look for the surface or the medium: bricks without any of it are empty.
   const kernels::TraceGrid& view() const { return view_; }
 
-  // Finds the majorants and the deep cells; once a frame, for `collide`. A cell is deep if the snow around it
-  // is at least kDeep mean free paths thick: light there has forgotten its direction, so that a scattering
-  // (g, sigma) is as good as an isotropic one of sigma (1 - g) (similarity).
+  // Finds the majorants and the deep cells; once a frame, for `collide`. A cell is deep if for some n up to 8
+  // it and all cells within n of it (Chebyshev) are snow of at least 5 / n mean free paths each: light there
+  // has met enough that a scattering (g, sigma) is as good as an isotropic one of sigma (1 - g) (similarity).
   kernels::MediumField medium(const SnowOptics& optics);
 
   // Unit normal, outward, at a point (render space) of the surface, from the fill's gradient; `otherwise`
@@ -53,7 +53,7 @@ class SnowField {
   float density(const Vec3f& p) const;
   float fill(const Vec3f& p) const;
   // The largest density in a cell of an occupied brick (its place as in cell_index), kg/m^3.
-  float majorant(std::size_t cell) const { return most(density_, cell); }
+  float majorant(std::size_t cell) const;
 
   double mass() const;          // kg, integral of the density
   double clipped_mass() const;  // kg, what of it lies inside the surface; cells are cut by 4x4x4 points
@@ -67,7 +67,6 @@ class SnowField {
     float part[3];
   };
   bool find(const Vec3f& p, Place& place) const;
-  static float most(const std::vector<float>& field, std::size_t cell);
   float interpolate(const std::vector<float>& field, const Place& place) const;
   void splat(const std::vector<float>& amount, std::vector<float>& corners);
   void splat_bricks(const std::vector<float>& amount);
@@ -79,8 +78,7 @@ class SnowField {
   void measure_gradients();
   std::size_t around(std::size_t slot, int k) const;
   void measure_strays(const Snapshot& snapshot, const std::vector<SnowLook>& looks);
-  float least_inside(const std::vector<float>& field) const;
-  bool find_deep(int cells);
+  bool find_deep(const std::vector<float>& density);
   void find_majorants(const kernels::MediumField& field);
 
   const kernels::TraceKernels& kernels_;

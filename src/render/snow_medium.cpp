@@ -2,6 +2,7 @@
 // The snow as a medium: SnowField's density -> majorants and deep cells, as kernels/trace/medium.cpp reads
 // them.
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -16,8 +17,8 @@ namespace {
 using kernels::kBrickCorners;
 using kernels::kCellsPerBrick;
 
-constexpr double kDeep = 5;     // mean free paths of snow around a deep cell
-constexpr int kMostLayers = 8;  // cells; where more were needed, none is deep
+constexpr float kDeep = 5;              // mean free paths of snow around a deep cell
+constexpr std::size_t kMostLayers = 8;  // cells; where more would be needed, none is deep
 
 std::uint32_t kind_of(const std::vector<std::uint32_t>& kinds, std::size_t cell) {
   return kinds[cell >> 3] >> (4 * (cell & 7)) & 15;
@@ -34,17 +35,28 @@ std::uint64_t erode(std::uint64_t cells, std::uint64_t below, std::uint64_t abov
   return cells & before & after;
 }
 
-}  // namespace
-
-// The largest of a field in a cell.
-float SnowField::most(const std::vector<float>& field, std::size_t cell) {
+// The corners of a cell, first to last: run(value).
+template <class Run>
+void for_each_corner(const std::vector<float>& field, std::size_t cell, Run&& run) {
   const int c = static_cast<int>(cell % kCellsPerBrick);
   const float* corner =
       &field[cell / kCellsPerBrick * kBrickCorners + corner_index(c >> 4, c >> 2 & 3, c & 3)];
-  float most = corner[0];
-  for (int k = 1; k < 8; ++k) most = std::max(most, corner[corner_index(k >> 2, k >> 1 & 1, k & 1)]);
-  return most;
+  for (int k = 0; k < 8; ++k) run(corner[corner_index(k >> 2, k >> 1 & 1, k & 1)]);
 }
+float most(const std::vector<float>& field, std::size_t cell) {
+  float value = -std::numeric_limits<float>::infinity();
+  for_each_corner(field, cell, [&](float corner) { value = std::max(value, corner); });
+  return value;
+}
+float least(const std::vector<float>& field, std::size_t cell) {
+  float value = std::numeric_limits<float>::infinity();
+  for_each_corner(field, cell, [&](float corner) { value = std::min(value, corner); });
+  return value;
+}
+
+}  // namespace
+
+float SnowField::majorant(std::size_t cell) const { return most(density_, cell); }
 
 // What a stray is made of fills its ball evenly.
 void SnowField::measure_strays(const Snapshot& snapshot, const std::vector<SnowLook>& looks) {
@@ -61,45 +73,40 @@ void SnowField::measure_strays(const Snapshot& snapshot, const std::vector<SnowL
   }
 }
 
-// The least of a field in the cells that are all snow; infinite if there are none.
-float SnowField::least_inside(const std::vector<float>& field) const {
-  std::vector<float> least(grid_->brick_of_slot().size(), std::numeric_limits<float>::infinity());
-  parallel_for(least.size(), 32, [&](std::size_t slot) {
-    for (std::size_t c = 0; c < kCellsPerBrick; ++c) {
-      if ((kind_of(kind_, slot * kCellsPerBrick + c) & 3) != kernels::kInside) continue;
-      const int cell = static_cast<int>(c);
-      const float* corner = &field[slot * kBrickCorners + corner_index(cell >> 4, cell >> 2 & 3, cell & 3)];
-      for (int k = 0; k < 8; ++k)
-        least[slot] = std::min(least[slot], corner[corner_index(k >> 2, k >> 1 & 1, k & 1)]);
-    }
-  });
-  float all = std::numeric_limits<float>::infinity();
-  for (const float part : least) all = std::min(all, part);
-  return all;
-}
-
-// Those that are all snow and have so many cells (Chebyshev) of such around them. False if there are none.
-bool SnowField::find_deep(int cells) {
+// Finds the deep cells; false if there are none. Of n layers, each of at least kDeep / n mean free paths, in
+// steps of one layer: what is left of their cells when the outermost n are taken off is deep.
+bool SnowField::find_deep(const std::vector<float>& density) {
   const std::size_t slots = grid_->brick_of_slot().size();
+  constexpr int kNext[3] = {9, 3, 1};  // as around() numbers the bricks; 13 is the slot's own
+  std::vector<std::array<std::size_t, 6>> beside(slots);
+  std::vector<std::array<std::uint64_t, kMostLayers>> thick(slots);
   deep_.assign(slots, 0);
+  const float to_depth = grid_->view().cell * extinction_;
   parallel_for(slots, 32, [&](std::size_t slot) {
+    for (std::size_t k = 0; k < 6; ++k)
+      beside[slot][k] = around(slot, k % 2 == 0 ? 13 - kNext[k / 2] : 13 + kNext[k / 2]);
     for (std::size_t c = 0; c < kCellsPerBrick; ++c) {
-      const bool inside = (kind_of(kind_, slot * kCellsPerBrick + c) & 3) == kernels::kInside;
-      deep_[slot] |= std::uint64_t{inside} << c;
+      const std::size_t cell = slot * kCellsPerBrick + c;
+      if ((kind_of(kind_, cell) & 3) != kernels::kInside) continue;
+      const float depth = to_depth * least(density, cell);
+      for (std::size_t n = 0; n < kMostLayers; ++n)
+        thick[slot][n] |= std::uint64_t{depth * static_cast<float>(n + 1) >= kDeep} << c;
     }
   });
-  std::vector<std::uint64_t> eroded(slots);
-  for (int round = 0; round < 3 * cells; ++round) {
-    constexpr int kNext[3] = {9, 3, 1};  // as around() numbers the bricks; 13 is the slot's own
-    const int axis = round % 3;
-    parallel_for(slots, 64, [&](std::size_t slot) {
-      const auto beside = [&](int k) {
-        const std::size_t other = deep_[slot] == 0 ? SIZE_MAX : around(slot, k);
-        return other == SIZE_MAX ? std::uint64_t{0} : deep_[other];
-      };
-      eroded[slot] = erode(deep_[slot], beside(13 - kNext[axis]), beside(13 + kNext[axis]), axis);
-    });
-    deep_.swap(eroded);
+  std::vector<std::uint64_t> left(slots), eroded(slots);
+  for (std::size_t n = 0; n < kMostLayers; ++n) {
+    for (std::size_t slot = 0; slot < slots; ++slot) left[slot] = thick[slot][n];
+    for (std::size_t round = 0; round < 3 * (n + 1); ++round) {
+      const std::size_t axis = round % 3;
+      parallel_for(slots, 1024, [&](std::size_t slot) {
+        const auto of = [&](std::size_t other) { return other == SIZE_MAX ? std::uint64_t{0} : left[other]; };
+        eroded[slot] = left[slot] == 0 ? 0
+                                       : erode(left[slot], of(beside[slot][2 * axis]),
+                                               of(beside[slot][2 * axis + 1]), static_cast<int>(axis));
+      });
+      left.swap(eroded);
+    }
+    for (std::size_t slot = 0; slot < slots; ++slot) deep_[slot] |= left[slot];
   }
   return std::any_of(deep_.begin(), deep_.end(), [](std::uint64_t its) { return its != 0; });
 }
@@ -133,9 +140,7 @@ kernels::MediumField SnowField::medium(const SnowOptics& optics) {
   field.reduced = extinction_ * (1 - optics.g);
   field.ball_density = ball_density_;
   field.stray_extinction = stray_extinction_.data();
-  const double depth = static_cast<double>(grid_->view().cell) * extinction_ * least_inside(density);
-  const double layers = std::max(std::ceil(kDeep / depth), 1.);  // infinite in snow without extinction
-  if (!optics.reference && layers <= kMostLayers && find_deep(static_cast<int>(layers)))
+  if (!optics.reference && find_deep(density))
     field.deep = reinterpret_cast<const std::uint32_t*>(deep_.data());
   find_majorants(field);
   field.majorant = majorant_.data();
