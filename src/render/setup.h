@@ -10,6 +10,7 @@
 #include "src/core/vector.h"
 #include "src/geometry/keyframes.h"
 #include "src/geometry/shape.h"
+#include "src/render/ice.h"
 
 namespace firn {
 
@@ -29,6 +30,7 @@ struct ImageSettings {
   int samples = 16;     // paths a pixel
   int max_bounces = 6;  // surface interactions after the first hit; 0 = direct light only
   SnowShape snow = SnowShape::smooth;
+  IceSource ice = IceSource::picard;  // of all snow: a path sums up its ice and asks once for the tint
 };
 
 enum class SurfaceKind { diffuse, mirror, emission };
@@ -69,10 +71,22 @@ struct ConstantLight {
 };
 using Light = std::variant<QuadLight, SphereLight, SunLight, SkyLight, ConstantLight>;
 
+// The facets of ice that glint in the light of a snow object: src/render/sparkle.h.
+struct SparkleSettings {
+  double density = 0;    // facets per m^2 of surface; 0: none
+  double size = 0.2e-3;  // m, radius of a facet
+  double roughness = 1;  // degrees: its normals fill a cone of this half-angle
+  double strength = 1;   // of the glints; 1 is what ice reflects
+};
+
 struct SnowLook {                             // one per snow object
   Vec3f albedo = Vec3f(0.93f, 0.95f, 0.97f);  // diffuse, linear RGB
   double radius = 0.8;   // of a drawn particle, in particle spacings (cbrt of its volume)
   double density = 400;  // kg/m^3, as placed
+  double extinction = snow_extinction(1e-4);                 // m^2/kg: sigma_t per density
+  double anisotropy = kNaturalAnisotropy;                    // g of Henyey and Greenstein
+  double ice_per_collision = firn::ice_per_collision(1e-4);  // m
+  SparkleSettings sparkle;
 };
 
 struct RenderSetup {

@@ -31,6 +31,11 @@ TableSpec image_table() {
         {.choices = {"smooth", "spheres"},
          .meaning =
              "what of the snow is seen: a smooth surface around the particles, or each of them as a ball"});
+  t.key("ice", &I::ice,
+        {.choices = {"picard", "warren_brandt"},
+         .meaning = "measured absorption of ice: Picard et al. 2016, natural snow; Warren and Brandt 2008, "
+                    "the cleanest, "
+                    "7 times clearer in the blue"});
   t.key("max_bounces", &I::max_bounces,
         {.range = between(0, 1000), .meaning = "reflections after the first hit; 0 is direct light only"});
   return t.take();
