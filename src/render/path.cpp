@@ -50,7 +50,7 @@ Ways ways_of(const ImageSettings& image) {
 TilePaths::TilePaths(const View& view) : view_(view), ways_(ways_of(view.setup.image)) {
   for (const SnowLook& look : view.setup.snow) {
     const SnowLook& first = view.setup.snow.front();
-    alike_ = alike_ && look.g == first.g && look.ice_per_collision == first.ice_per_collision;
+    alike_ = alike_ && look.anisotropy == first.anisotropy && look.ice_per_collision == first.ice_per_collision;
   }
 }
 
@@ -158,8 +158,8 @@ TilePaths::Vertex TilePaths::arrive(Subpath& subpath, std::size_t ray) const {
   } else {
     const SnowLook& look = look_at(vertex.p);
     const bool deep = arrival.what == Meets::deep_snow;
-    vertex.g = deep ? 0.f : static_cast<float>(look.g);
-    subpath.ice += static_cast<float>(look.ice_per_collision / (deep ? 1 - look.g : 1));
+    vertex.g = deep ? 0.f : static_cast<float>(look.anisotropy);
+    subpath.ice += static_cast<float>(look.ice_per_collision / (deep ? 1 - look.anisotropy : 1));
   }
   subpath.beta = subpath.beta.cwiseProduct(arrival.weight);
   vertex.beta = subpath.beta;

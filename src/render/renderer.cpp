@@ -33,13 +33,13 @@ struct Renderer::State {
         media(setup.media),
         grid(table.trace),
         snow(table.trace),
-        tint(IceSource::picard) {}
+        tint(setup.image.ice) {}
 
   void build(const Snapshot& snapshot) {
     grid.build(snapshot, setup.snow, true);
     snow.build(grid, snapshot, setup.snow, setup.image.snow);
     const SnowLook look = setup.snow.empty() ? SnowLook{} : setup.snow.front();
-    scattering = snow.medium({static_cast<float>(look.g), setup.image.reference});
+    scattering = snow.medium({static_cast<float>(look.anisotropy), setup.image.reference});
     objects.place(grid.origin(), snapshot.time);
     media.place(grid.origin());
     camera.place(grid.origin(), snapshot.time);

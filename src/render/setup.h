@@ -13,6 +13,7 @@
 #include "src/core/vector.h"
 #include "src/geometry/keyframes.h"
 #include "src/geometry/shape.h"
+#include "src/render/ice.h"
 #include "src/render/image_texture.h"
 
 namespace firn {
@@ -58,6 +59,7 @@ struct ImageSettings {
   std::optional<double> filter_width = {};  // pixels from end to end; absent: as filter.h has it
   double noise = 0;       // relative error at which a pixel is done; 0: it takes all samples
   int motion_slices = 4;  // moments that a frame with an open shutter is put together from
+  IceSource ice = IceSource::picard;  // of all snow: a path sums up its ice and asks once for the tint
 };
 
 // none: no surface at all, rays go through; where a medium ends whose index is that of its surroundings.
@@ -124,13 +126,22 @@ struct Medium {  // homogeneous, within a convex shape: ball, box, cylinder, cap
   float g = 0;                    // mean cosine of a scattering (Henyey-Greenstein)
 };
 
+// The facets of ice that glint in the light of a snow object: src/render/sparkle.h.
+struct SparkleSettings {
+  double density = 0;    // facets per m^2 of surface; 0: none
+  double size = 0.2e-3;  // m, radius of a facet
+  double roughness = 1;  // degrees: its normals fill a cone of this half-angle
+  double strength = 1;   // of the glints; 1 is what ice reflects
+};
+
 struct SnowLook {                             // one per snow object
   Vec3f albedo = Vec3f(0.93f, 0.95f, 0.97f);  // diffuse, linear RGB
-  double radius = 0.8;                // of a drawn particle, in particle spacings (cbrt of its volume)
-  double density = 400;               // kg/m^3, as placed
-  double extinction = 3.27;           // m^2/kg: of light, per density; grains of 0.5 mm
-  double g = 0.845;                   // mean cosine of a scattering
-  double ice_per_collision = 5.3e-4;  // m of ice that light crosses at a collision
+  double radius = 0.8;   // of a drawn particle, in particle spacings (cbrt of its volume)
+  double density = 400;  // kg/m^3, as placed
+  double extinction = snow_extinction(1e-4);                 // m^2/kg: sigma_t per density
+  double anisotropy = kNaturalAnisotropy;                    // g of Henyey and Greenstein
+  double ice_per_collision = firn::ice_per_collision(1e-4);  // m
+  SparkleSettings sparkle;
 };
 
 struct RenderSetup {

@@ -41,6 +41,14 @@ Light make_light(const LightConfig& light) {
   return ConstantLight{light.radiance};
 }
 
+SnowLook snow_look(const SnowConfig& snow) {
+  SnowLook look = snow.look;
+  look.density = snow.material.density;
+  look.extinction = snow_extinction(snow.grain_radius) / snow.scattering_depth;
+  look.ice_per_collision = snow.tint * ice_per_collision(snow.grain_radius);
+  return look;
+}
+
 void place_objects(const SceneConfig& scene, RenderSetup& setup) {
   if (scene.ground) {
     setup.objects.push_back({plane_shape(Vec3(0, scene.ground->height, 0), Vec3::UnitY()),
@@ -81,10 +89,7 @@ RenderSetup build_render(const SceneConfig& scene) {
   place_objects(scene, setup);
   place_media(scene, setup);
   for (const LightConfig& light : scene.lights) setup.lights.push_back(make_light(light));
-  for (const SnowConfig& snow : scene.snow) {
-    setup.snow.push_back(snow.look);
-    setup.snow.back().density = snow.material.density;
-  }
+  for (const SnowConfig& snow : scene.snow) setup.snow.push_back(snow_look(snow));
   return setup;
 }
 

@@ -44,10 +44,13 @@ struct SnowConfig {
   std::optional<double> mu,
       lambda;  // Pa; as written, turned into Young's modulus and Poisson's ratio when read
   int particles_per_cell = 8;
-  double looseness = 0;        // along the borders of clumps: Jp starts at 1 + looseness there
-  double clump_size = 0.03;    // m
-  bool allow_overlap = false;  // with other snow and with colliders at the start
-  SnowLook look;
+  double looseness = 0;         // along the borders of clumps: Jp starts at 1 + looseness there
+  double clump_size = 0.03;     // m
+  bool allow_overlap = false;   // with other snow and with colliders at the start
+  double grain_radius = 1e-4;   // m, optical
+  double scattering_depth = 1;  // times the mean free path
+  double tint = 1;              // times the ice that light crosses
+  SnowLook look;                // as written; build_render derives the rest
 };
 
 struct KeyFrameConfig {          // where a collider is at a time, from where its shape is written

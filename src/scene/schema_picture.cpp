@@ -50,6 +50,11 @@ TableSpec image_table() {
   t.key("reference", &I::reference,
         {.meaning = "nothing but the equations: every collision in the snow is followed with its true phase "
                     "function"});
+  t.key("ice", &I::ice,
+        {.choices = {"picard", "warren_brandt"},
+         .meaning = "measured absorption of ice: Picard et al. 2016, natural snow; Warren and Brandt 2008, "
+                    "the cleanest, "
+                    "7 times clearer in the blue"});
   return t.take();
 }
 

@@ -102,7 +102,7 @@ Medium fog_ball(const Vec3& center, double radius, double sigma, double albedo, 
 void make_thin(RenderSetup& setup) {
   setup.snow[0].density = 300;
   setup.snow[0].extinction = 0.1;  // mean free path 33 mm
-  setup.snow[0].g = 0.6;
+  setup.snow[0].anisotropy = 0.6;
   setup.snow[0].ice_per_collision = 0.01;
 }
 

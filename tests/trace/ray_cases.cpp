@@ -88,6 +88,7 @@ void add_particle(Snapshot& snapshot, const Vec3& world, double spacing) {
   snapshot.density.push_back(300);
   snapshot.volume0.push_back(static_cast<float>(spacing * spacing * spacing));
   snapshot.id.push_back(static_cast<std::uint32_t>(snapshot.id.size()));
+  for (auto& turn : snapshot.turn) turn.push_back(0);
   snapshot.object.push_back(0);
 }
 
