@@ -29,6 +29,7 @@ Snapshot snowball(const Vec3& center, double radius, double spacing, const Vec3&
     snapshot.id.push_back(static_cast<std::uint32_t>(snapshot.id.size()));
     snapshot.object.push_back(0);
   }
+  snapshot.resize(snapshot.size());  // of the columns that are 0
   return snapshot;
 }
 
