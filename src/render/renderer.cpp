@@ -8,6 +8,7 @@
 #include "kernels/table.h"
 #include "src/core/parallel.h"
 #include "src/render/path.h"
+#include "src/render/relief.h"
 
 namespace firn {
 namespace {
@@ -69,11 +70,14 @@ Renderer::Renderer(const kernels::KernelTable& kernels, RenderSetup setup)
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 
-bool Renderer::render(const Snapshot& snapshot, Film& film, RenderStats& stats,
-                      const std::atomic<bool>& stop) {
+bool Renderer::render(const Snapshot& given, Film& film, RenderStats& stats, const std::atomic<bool>& stop) {
   film.resize(state_->setup.image.width, state_->setup.image.height);
   stats = {};
   const auto start = Clock::now();
+  const int detail = state_->setup.image.detail;
+  Snapshot finer;
+  if (detail > 1) finer = with_relief(given, detail);
+  const Snapshot& snapshot = detail > 1 ? finer : given;
   state_->build(snapshot);
   stats.build_seconds = seconds_since(start);
   stats.grid_bytes = state_->grid.bytes() + state_->snow.bytes();

@@ -30,6 +30,7 @@ struct ImageSettings {
   int samples = 16;     // paths a pixel
   int max_bounces = 6;  // surface interactions after the first hit; 0 = direct light only
   SnowShape snow = SnowShape::smooth;
+  int detail = 1;                     // particles are drawn as detail^3 each: src/render/relief.h
   IceSource ice = IceSource::picard;  // of all snow: a path sums up its ice and asks once for the tint
 };
 
@@ -73,10 +74,10 @@ using Light = std::variant<QuadLight, SphereLight, SunLight, SkyLight, ConstantL
 
 // The facets of ice that glint in the light of a snow object: src/render/sparkle.h.
 struct SparkleSettings {
-  double density = 0;    // facets per m^2 of surface; 0: none
-  double size = 0.2e-3;  // m, radius of a facet
-  double roughness = 1;  // degrees: its normals fill a cone of this half-angle
-  double strength = 1;   // of the glints; 1 is what ice reflects
+  double density = 0;     // facets per m^2 of surface; 0: none
+  double size = 0.25e-3;  // m, radius of a facet
+  double roughness = 3;   // degrees: its normals fill a cone of this half-angle
+  double strength = 1;    // of the glints; 1 is what ice reflects
 };
 
 struct SnowLook {                             // one per snow object
