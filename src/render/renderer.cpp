@@ -9,6 +9,7 @@
 #include "src/core/parallel.h"
 #include "src/render/ice.h"
 #include "src/render/path.h"
+#include "src/render/relief.h"
 
 namespace firn {
 namespace {
@@ -110,12 +111,16 @@ Renderer::Renderer(const kernels::KernelTable& kernels, RenderSetup setup)
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 
-bool Renderer::render(const Snapshot& snapshot, Picture& picture, RenderStats& stats,
+bool Renderer::render(const Snapshot& given, Picture& picture, RenderStats& stats,
                       const std::atomic<bool>& stop) {
   const ImageSettings& image = state_->setup.image;
   state_->film.begin(image.width, image.height, state_->camera.filter(), {});
   stats = {};
   const auto start = Clock::now();
+  const int detail = state_->setup.image.detail;
+  Snapshot finer;
+  if (detail > 1) finer = with_relief(given, detail);
+  const Snapshot& snapshot = detail > 1 ? finer : given;
   state_->build(snapshot);
   stats.build_seconds = seconds_since(start);
   stats.grid_bytes = state_->grid.bytes() + state_->snow.bytes();
