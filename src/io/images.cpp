@@ -73,7 +73,7 @@ std::string encode_ppm(const Image8& image) {
   return bytes.append(reinterpret_cast<const char*>(image.rgb.data()), image.rgb.size());
 }
 
-std::string encode_pfm(const Film& film) {
+std::string encode_pfm(const Picture& film) {
   std::string bytes = "PF\n" + std::to_string(film.width) + " " + std::to_string(film.height) + "\n-1.0\n";
   const std::size_t row = 3 * static_cast<std::size_t>(film.width);
   for (int y = film.height; y-- > 0;) {
@@ -82,7 +82,7 @@ std::string encode_pfm(const Film& film) {
   return bytes;
 }
 
-std::string encode_film(const Film& film, const std::string& format, double exposure) {
+std::string encode_film(const Picture& film, const std::string& format, double exposure) {
   if (format == "pfm") return encode_pfm(film);
   const Image8 image = develop(film, exposure);
   if (format == "png") return encode_png(image);
@@ -111,11 +111,11 @@ Image8 read_ppm(const std::filesystem::path& path) {
   return image;
 }
 
-Film read_pfm(const std::filesystem::path& path) {
+Picture read_pfm(const std::filesystem::path& path) {
   const std::string file = read_file(path);
   const Netpbm header = parse_netpbm(path, file, "PF", 3 * sizeof(float));
   if (header.number >= 0) fail(path, "only little-endian PFM images are read");
-  Film film;
+  Picture film;
   film.resize(header.width, header.height);
   const std::size_t row = 3 * sizeof(float) * static_cast<std::size_t>(header.width);
   for (int y = 0; y < header.height; ++y) {

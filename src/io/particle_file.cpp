@@ -8,9 +8,10 @@ namespace firn {
 namespace {
 
 constexpr std::string_view kMagic = "FIRNSNAP";
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kHashOffset = 64;
-constexpr std::size_t kBytesPerParticle = 8 * sizeof(float) + sizeof(std::uint32_t) + sizeof(std::uint16_t);
+constexpr std::size_t kBytesPerParticle =
+    8 * sizeof(float) + 3 * sizeof(std::int16_t) + sizeof(std::uint32_t) + sizeof(std::uint16_t);
 
 template <class T>
 std::string_view bytes_of(const std::vector<T>& column) {

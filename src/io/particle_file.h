@@ -4,16 +4,16 @@
 //
 //   offset  bytes  content
 //   0       8      "FIRNSNAP"
-//   8       4      u32 version, 1
+//   8       4      u32 version, 2
 //   12      4      i32 frame
 //   16      8      f64 time (s)
 //   24      24     f64 x 3 origin (m, world)
 //   48      8      f64 dx (m)
 //   56      8      u64 n, number of particles
 //   64      8      u64 XXH3 of bytes 0..63 followed by the columns
-//   72      38 n   columns: f32 x y z (m from the origin), f32 vx vy vz (m/s), f32 density (kg/m^3), f32
-//   volume0 (m^3),
-//                  u32 id, u16 object; each n entries, one after another
+//   72      44 n   columns: f32 x y z (m from the origin), f32 vx vy vz (m/s), f32 density (kg/m^3),
+//                  f32 volume0 (m^3), i16 x 3 turn (axis tan(angle / 4), in 1/32767), u32 id, u16 object;
+//                  each n entries, one after another
 #pragma once
 #include <filesystem>
 #include <string>

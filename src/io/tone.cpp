@@ -38,7 +38,7 @@ std::uint8_t srgb8(float linear) {
 
 float srgb8_to_linear(std::uint8_t level) { return static_cast<float>(srgb_to_linear(level / 255.0)); }
 
-Image8 develop(const Film& film, double exposure) {
+Image8 develop(const Picture& film, double exposure) {
   const float gain = static_cast<float>(std::exp2(exposure));
   Image8 image{film.width, film.height, std::vector<std::uint8_t>(film.rgb.size())};
   std::transform(film.rgb.begin(), film.rgb.end(), image.rgb.begin(),

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "src/render/film.h"
+#include "src/render/picture.h"
 
 namespace firn {
 
@@ -30,6 +30,6 @@ std::uint8_t srgb8(float linear);
 float srgb8_to_linear(std::uint8_t level);
 
 // `exposure` in stops: radiance is multiplied by 2^exposure first.
-Image8 develop(const Film& film, double exposure);
+Image8 develop(const Picture& film, double exposure);
 
 }  // namespace firn

@@ -8,6 +8,7 @@
 
 #include "src/core/parallel.h"
 #include "src/core/rng.h"
+#include "src/core/rotation.h"
 #include "src/mpm/colliders.h"
 #include "src/mpm/percentile.h"
 #include "src/mpm/state.h"
@@ -66,6 +67,14 @@ void add_block(const Metrics& block, Metrics& all) {
   all.volume += block.volume;
   all.max_speed = std::max(all.max_speed, block.max_speed);
   all.bounds.include(block.bounds);
+}
+
+// How far the particle has turned, in world axes. F is the elastic part: yielding keeps its rotation, and
+// where strains are small F takes up the whole spin of the snow.
+PackedRotation turn_in_world(const Simulation::State& s, std::size_t i) {
+  Mat3 rotation = polar_rotation(matrix_at(s.particles.view().F, i));
+  if (const auto& frame = s.setup.frame) rotation = frame->rotation * rotation * frame->rotation.transpose();
+  return pack_rotation(rotation);
 }
 
 // The block in the middle of the snow: positions of a snapshot count from its corner.
@@ -160,6 +169,8 @@ void Simulation::snapshot(Snapshot& out) const {
       }
       out.density[i] = static_cast<float>(p.m[i] / volume_now(s, i));
       out.volume0[i] = static_cast<float>(volume_as_placed(s, i));
+      const PackedRotation turn = turn_in_world(s, i);
+      for (int axis = 0; axis < 3; ++axis) out.turn[axis][i] = turn[axis];
       out.id[i] = p.id[i];
       out.object[i] = static_cast<std::uint16_t>(p.object[i]);
     }

@@ -17,10 +17,12 @@ struct Snapshot {
   double dx = 0;               // m, the simulation's grid spacing
 
   // Columns, one entry a particle, in the simulation's block order (neighbours in space are near in memory).
-  std::vector<float> x[3];            // m, relative to `origin`
-  std::vector<float> v[3];            // m/s
-  std::vector<float> density;         // kg/m^3, now (mass / (V0 * J * plastic volume ratio))
-  std::vector<float> volume0;         // m^3, the volume that the particle was placed with
+  std::vector<float> x[3];     // m, relative to `origin`
+  std::vector<float> v[3];     // m/s
+  std::vector<float> density;  // kg/m^3, now (mass / (V0 * J * plastic volume ratio))
+  std::vector<float> volume0;  // m^3, the volume that the particle was placed with
+  // How far the particle has turned since it was placed, in world axes: PackedRotation. All 0: not at all.
+  std::vector<std::int16_t> turn[3];
   std::vector<std::uint32_t> id;      // unique, constant over the run
   std::vector<std::uint16_t> object;  // index of the [[snow]] table that the particle came from
 
@@ -33,6 +35,7 @@ struct Snapshot {
     for (auto& c : v) f(c);
     f(density);
     f(volume0);
+    for (auto& c : turn) f(c);
     f(id);
     f(object);
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The lights that are somewhere: quads, balls and the surfaces of glowing objects. Each says where on it light
-// starts, and how a point is sampled that another one sees. Render space.
+// The lights that are somewhere: quads, balls and the surfaces of glowing objects. Each says where on it
+// light starts, and how a point is sampled that another one sees. Render space.
 #pragma once
 #include <memory>
 #include <variant>

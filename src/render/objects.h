@@ -13,10 +13,10 @@
 namespace firn {
 
 struct ObjectHit {
-  int object = -1;  // none
-  float t = 0;      // m
-  Vec3f normal;     // unit, outward
-  Vec3f albedo;     // of the surface there
+  int object = -1;               // none
+  float t = 0;                   // m
+  Vec3f normal = Vec3f::Zero();  // unit, outward
+  Vec3f albedo = Vec3f::Zero();  // of the surface there
 };
 
 class ObjectSet {

@@ -1,37 +1,36 @@
 // SPDX-License-Identifier: MIT
-// A picture that things wear: linear RGB, row 0 at the top.
+// A finished frame: linear RGB, no exposure applied, and layers that tell more of it. Row 0 is at the top.
 #pragma once
-#include <algorithm>
-#include <cmath>
+#include <cstddef>
 #include <vector>
 
-#include "src/core/vector.h"
-
 namespace firn {
+
+enum class Layer { beauty, albedo, normal, depth, sparkle, subsurface, samples, variance };
+
+// 3 for colours and normals, else 1.
+constexpr int channels_of(Layer layer) {
+  return layer == Layer::depth || layer == Layer::samples || layer == Layer::variance ? 1 : 3;
+}
+
+struct LayerImage {
+  Layer layer = Layer::beauty;
+  std::vector<float> values;  // channels_of(layer) a pixel
+};
 
 struct Picture {
   int width = 0;
   int height = 0;
-  std::vector<Vec3f> rgb;
+  std::vector<float> rgb;          // 3 a pixel
+  std::vector<LayerImage> layers;  // those asked for, beside the beauty
 
-  const Vec3f& pixel(int x, int y) const { return rgb[static_cast<std::size_t>(y) * width + x]; }
-
-  // Bilinear between the middles of pixels at (u, v) in units of the picture, v downwards. It repeats along u;
-  // along v it repeats too, or (`tall`) its first and last rows go on.
-  Vec3f at(double u, double v, bool tall) const {
-    const double x = (u - std::floor(u)) * width - 0.5;
-    const double y = (tall ? std::clamp(v, 0.0, 1.0) : v - std::floor(v)) * height - 0.5;
-    const double left = std::floor(x), top = std::floor(y);
-    const auto fx = static_cast<float>(x - left), fy = static_cast<float>(y - top);
-    const auto column = [this](int i) { return i < 0 ? i + width : i < width ? i : i - width; };
-    const auto row = [this, tall](int j) {
-      return tall ? std::clamp(j, 0, height - 1) : j < 0 ? j + height : j < height ? j : j - height;
-    };
-    const int x0 = column(static_cast<int>(left)), x1 = column(static_cast<int>(left) + 1);
-    const int y0 = row(static_cast<int>(top)), y1 = row(static_cast<int>(top) + 1);
-    return (1 - fy) * ((1 - fx) * pixel(x0, y0) + fx * pixel(x1, y0)) +
-           fy * ((1 - fx) * pixel(x0, y1) + fx * pixel(x1, y1));
+  void resize(int w, int h) {
+    width = w;
+    height = h;
+    rgb.assign(static_cast<std::size_t>(w) * h * 3, 0.f);
   }
+  float* pixel(int x, int y) { return &rgb[3 * (static_cast<std::size_t>(y) * width + x)]; }
+  const float* pixel(int x, int y) const { return &rgb[3 * (static_cast<std::size_t>(y) * width + x)]; }
 };
 
 }  // namespace firn

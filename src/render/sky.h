@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// All light that comes from infinity and is no sun's disc: gradients, the day sky, pictures and constant light, added
-// up. Directions are sampled from a table of cells of equal solid angle (even in height and azimuth), by the mean
-// radiance in each; a tenth of all samples is uniform, so that nothing is missed that a cell hides.
+// All light that comes from infinity and is no sun's disc: gradients, the day sky, pictures and constant
+// light, added up. Directions are sampled from a table of cells of equal solid angle (even in height and
+// azimuth), by the mean radiance in each; a tenth of all samples is uniform, so that nothing is missed that a
+// cell hides.
 #pragma once
 #include <vector>
 

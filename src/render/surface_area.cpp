@@ -31,7 +31,9 @@ Vec3 around_y(double u) {
   return {angle.sin, 0, angle.cos};
 }
 
-Vec3 on_unit_ball(double y, double u) { return std::sqrt(std::max(0.0, 1 - y * y)) * around_y(u) + y * Vec3::UnitY(); }
+Vec3 on_unit_ball(double y, double u) {
+  return std::sqrt(std::max(0.0, 1 - y * y)) * around_y(u) + y * Vec3::UnitY();
+}
 
 SurfaceArea::Point point_of(const Ball& ball, double u, double v) {
   const Vec3 normal = on_unit_ball(1 - 2 * u, v);

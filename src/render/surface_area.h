@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Points spread evenly over the surface of a shape, in its own frame: where a glowing object sends light from.
+// Points spread evenly over the surface of a shape, in its own frame: where a glowing object sends light
+// from.
 #pragma once
 #include <memory>
 #include <vector>

@@ -41,6 +41,14 @@ Light make_light(const LightConfig& light) {
   return ConstantLight{light.radiance};
 }
 
+SnowLook snow_look(const SnowConfig& snow) {
+  SnowLook look = snow.look;
+  look.density = snow.material.density;
+  look.extinction = snow_extinction(snow.grain_radius) / snow.scattering_depth;
+  look.ice_per_collision = snow.tint * ice_per_collision(snow.grain_radius);
+  return look;
+}
+
 void place_objects(const SceneConfig& scene, RenderSetup& setup) {
   if (scene.ground) {
     setup.objects.push_back({plane_shape(Vec3(0, scene.ground->height, 0), Vec3::UnitY()),
@@ -60,6 +68,15 @@ void place_objects(const SceneConfig& scene, RenderSetup& setup) {
   }
 }
 
+void place_media(const SceneConfig& scene, RenderSetup& setup) {
+  for (std::size_t i = 0; i < scene.media.size(); ++i) {
+    const MediumConfig& m = scene.media[i];
+    const Shape shape = place_shape(scene, "medium[" + std::to_string(i) + "]", m.shape, ShapeUse::solid);
+    setup.media.push_back(
+        {shape, m.thickness.value_or(INFINITY), m.sigma_s, m.sigma_a, static_cast<float>(m.g)});
+  }
+}
+
 }  // namespace
 
 RenderSetup build_render(const SceneConfig& scene) {
@@ -70,11 +87,9 @@ RenderSetup build_render(const SceneConfig& scene) {
   setup.surfaces.push_back(Surface{});  // number 0: plain grey, for everything that names none
   setup.surfaces.insert(setup.surfaces.end(), scene.surfaces.begin(), scene.surfaces.end());
   place_objects(scene, setup);
+  place_media(scene, setup);
   for (const LightConfig& light : scene.lights) setup.lights.push_back(make_light(light));
-  for (const SnowConfig& snow : scene.snow) {
-    setup.snow.push_back(snow.look);
-    setup.snow.back().density = snow.material.density;
-  }
+  for (const SnowConfig& snow : scene.snow) setup.snow.push_back(snow_look(snow));
   return setup;
 }
 

@@ -44,10 +44,13 @@ struct SnowConfig {
   std::optional<double> mu,
       lambda;  // Pa; as written, turned into Young's modulus and Poisson's ratio when read
   int particles_per_cell = 8;
-  double looseness = 0;        // along the borders of clumps: Jp starts at 1 + looseness there
-  double clump_size = 0.03;    // m
-  bool allow_overlap = false;  // with other snow and with colliders at the start
-  SnowLook look;
+  double looseness = 0;         // along the borders of clumps: Jp starts at 1 + looseness there
+  double clump_size = 0.03;     // m
+  bool allow_overlap = false;   // with other snow and with colliders at the start
+  double grain_radius = 1e-4;   // m, optical
+  double scattering_depth = 1;  // times the mean free path
+  double tint = 1;              // times the ice that light crosses
+  SnowLook look;                // as written; build_render derives the rest
 };
 
 struct KeyFrameConfig {          // where a collider is at a time, from where its shape is written
@@ -95,6 +98,14 @@ struct LightConfig {                                   // [[light]]: which keys 
   Vec3f ground = Vec3f(0.3f, 0.3f, 0.32f);
 };
 
+struct MediumConfig {  // [[medium]]: homogeneous, in a convex shape
+  ShapeConfig shape;
+  std::optional<double> thickness;    // m, of a plane's
+  Vec3f sigma_s = Vec3f::Ones();      // 1/m
+  Vec3f sigma_a = Vec3f::Zero();      // 1/m
+  double g = 0;
+};
+
 struct TimeConfig {
   int frames = 60;
   double fps = 24;
@@ -133,6 +144,7 @@ struct SceneConfig {
   std::optional<GroundConfig> ground;
   std::vector<ColliderConfig> colliders;
   std::vector<ObjectConfig> objects;
+  std::vector<MediumConfig> media;
   std::vector<LightConfig> lights;  // none: a sun and a sky
   std::vector<Surface> surfaces;
   OutputConfig output;

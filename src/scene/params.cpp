@@ -76,14 +76,15 @@ way round.
 
 void print_presets(std::ostream& out) {
   out << "\n## Snow presets\nKeys that are written beat the preset.\n\n"
-         "| preset | density kg/m^3 | young_modulus Pa | critical_compression | critical_stretch | hardening "
+         "| preset | density kg/m^3 | grain_radius m | young_modulus Pa | critical_compression | "
+         "critical_stretch | hardening "
          "| meaning | "
-         "source |\n|---|---|---|---|---|---|---|---|\n";
+         "source |\n|---|---|---|---|---|---|---|---|---|\n";
   for (const Preset& preset : presets()) {
     const Material& m = preset.material;
-    out << "| `" << preset.name << "` | " << m.density << " | " << m.young_modulus << " | "
-        << m.critical_compression << " | " << m.critical_stretch << " | " << m.hardening << " | "
-        << preset.meaning << " | " << preset.source << " |\n";
+    out << "| `" << preset.name << "` | " << m.density << " | " << preset.grain_radius << " | "
+        << m.young_modulus << " | " << m.critical_compression << " | " << m.critical_stretch << " | "
+        << m.hardening << " | " << preset.meaning << " | " << preset.source << " |\n";
   }
 }
 

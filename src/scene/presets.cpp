@@ -19,6 +19,10 @@
 // makes no crack run through it: that needs a third of p0 and slow loading (tests/physics/test_saw.cpp).
 // Slabs have moduli of some MPa (Reuter et al. 2019, J. Glaciol. 65); 1 MPa keeps the slab's base whole under
 // that load.
+//
+// Grains, by their optical radius: 20 to 100 um in new snow, 100 to 300 um in fine-grained older snow, 1
+// to 1.5 mm in snow that melts (Wiscombe, Warren 1980, J. Atmos. Sci. 37, 2712); within these chosen by this
+// project.
 #include "src/scene/presets.h"
 
 #include <cassert>
@@ -78,22 +82,24 @@ Material clay(const Clay& of) {
 
 const std::vector<Preset>& presets() {
   static const std::vector<Preset> all = {
-      {"fresh", Material{}, "soft snow that packs and breaks", "Stomakhin et al. 2013, default parameters"},
-      {"powder", clay({120, 5e4, 0.2, 38, 500, 0.1, 0.3}), "light, dry, crumbles at once",
+      {"fresh", Material{}, 1e-4, "soft snow that packs and breaks",
+       "Stomakhin et al. 2013, default parameters"},
+      {"powder", clay({120, 5e4, 0.2, 38, 500, 0.1, 0.3}), 8e-5, "light, dry, crumbles at once",
        "model of Gaume et al. 2018; fresh snow has 70 to 150 kg/m^3 (AMS Glossary of Meteorology); the rest "
        "chosen by this project"},
-      {"packed", snow({380, 3e5, 2.5e-2, 7.5e-3, 10}), "wind-packed or pressed, breaks into slabs",
+      {"packed", snow({380, 3e5, 2.5e-2, 7.5e-3, 10}), 2.5e-4, "wind-packed or pressed, breaks into slabs",
        "fresh, stiffened; chosen by this project"},
-      {"wet", snow({500, 1e5, 4e-2, 1.2e-2, 8}), "heavy, sticks, holds together in chunks",
+      {"wet", snow({500, 1e5, 4e-2, 1.2e-2, 8}), 7e-4, "heavy, sticks, holds together in chunks",
        "higher limits (Stomakhin et al. 2013, section 6); density chosen by this project"},
-      {"ice_crust", snow({750, 1.5e6, 2e-2, 5e-3, 15}), "hard and brittle",
+      {"ice_crust", snow({750, 1.5e6, 2e-2, 5e-3, 15}), 1e-3, "hard and brittle",
        "higher stiffness and hardening (Stomakhin et al. 2013, section 6); density chosen by this project"},
-      {"dry_slab", snow({250, 1e6, 2e-2, 4e-3, 10}), "wind slab: stiff for its weight, breaks into blocks",
+      {"dry_slab", snow({250, 1e6, 2e-2, 4e-3, 10}), 2e-4,
+       "wind slab: stiff for its weight, breaks into blocks",
        "packed, lighter, stiffer and more brittle; chosen by this project"},
-      {"weak_layer", clay({150, 1e6, 0.3, 27, 3e4, 0.1, 3, 0.05}),
+      {"weak_layer", clay({150, 1e6, 0.3, 27, 3e4, 0.1, 3, 0.05}), 4e-4,
        "buried loose grains under a slab: once broken they close and only rub",
        "model of Gaume et al. 2018; numbers chosen by this project"},
-      {"sand", grains({1600, 3.5e5, 0.3, 30, 0}), "dry grains, rest at a slope",
+      {"sand", grains({1600, 3.5e5, 0.3, 30, 0}), 2.5e-4, "dry grains, rest at a slope",
        "model of Klar et al. 2016, stiffness of its order; density of loose quartz sand and angle chosen by "
        "this project"},
   };

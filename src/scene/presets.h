@@ -11,6 +11,7 @@ namespace firn {
 struct Preset {
   const char* name;
   Material material;
+  double grain_radius;  // m, optical
   const char* meaning;
   const char* source;
 };

@@ -31,8 +31,30 @@ TableSpec image_table() {
         {.choices = {"smooth", "spheres"},
          .meaning =
              "what of the snow is seen: a smooth surface around the particles, or each of them as a ball"});
-  t.key("max_bounces", &I::max_bounces,
-        {.range = between(0, 1000), .meaning = "reflections after the first hit; 0 is direct light only"});
+  t.key(
+      "integrator", &I::integrator,
+      {.choices = {"bidirectional", "path", "light"},
+       .meaning = "how light is found: from the camera and from the lights, from the camera alone, from the "
+                  "lights alone (which cannot see what is behind a mirror)"});
+  t.key(
+      "max_bounces", &I::max_bounces,
+      {.range = between(0, 1000000),
+       .meaning = "scatterings after the first, from the camera; 0 is direct light only. Light that fades is "
+                  "ended by chance, so snow needs no limit"});
+  t.key("light_bounces", &I::light_bounces,
+        {.range = between(1, 15),
+         .meaning = "scatterings of light on its way from a lamp, unless integrator = path"});
+  t.key("sampler", &I::sampler,
+        {.choices = {"sobol", "independent"},
+         .meaning = "random numbers: spread evenly over the samples of a pixel, or each for itself"});
+  t.key("reference", &I::reference,
+        {.meaning = "nothing but the equations: every collision in the snow is followed with its true phase "
+                    "function"});
+  t.key("ice", &I::ice,
+        {.choices = {"picard", "warren_brandt"},
+         .meaning = "measured absorption of ice: Picard et al. 2016, natural snow; Warren and Brandt 2008, "
+                    "the cleanest, "
+                    "7 times clearer in the blue"});
   return t.take();
 }
 
@@ -41,6 +63,28 @@ TableSpec object_table() {
   add_shape_keys(t, {"ball", "box", "cylinder", "capsule", "plane", "height_field", "mesh"});
   add_plane_keys(t);
   t.key("surface", &ObjectConfig::surface, {.absent = "plain grey", .meaning = "name of a [[surface]]"});
+  return t.take();
+}
+
+TableSpec medium_table() {
+  using M = MediumConfig;
+  auto t = repeated_table<&SceneConfig::media>(
+      "medium", "a homogeneous medium that light scatters in: fog, milk; where two overlap, they add");
+  add_shape_keys(t, {"ball", "box", "cylinder", "capsule", "plane"});
+  add_plane_keys(t);
+  t.key("thickness", &M::thickness,
+        {.unit = "m",
+         .range = above(0),
+         .with = {"shape", {"plane"}},
+         .absent = "without end",
+         .meaning = "of the slab below the plane"});
+  t.key("sigma_s", &M::sigma_s,
+        {.unit = "1/m", .range = at_least(0), .meaning = "scattering coefficient, linear RGB"});
+  t.key("sigma_a", &M::sigma_a,
+        {.unit = "1/m", .range = at_least(0), .meaning = "absorption coefficient, linear RGB"});
+  t.key("g", &M::g,
+        {.range = {-1, 1, true, true},
+         .meaning = "mean cosine of a scattering: 0 alike to all sides, towards 1 ahead"});
   return t.take();
 }
 
@@ -178,7 +222,8 @@ TableSpec output_table() {
 }  // namespace
 
 std::vector<TableSpec> picture_tables() {
-  return {camera_table(), image_table(), object_table(), light_table(), surface_table(), output_table()};
+  return {camera_table(), image_table(),   object_table(), medium_table(),
+          light_table(),  surface_table(), output_table()};
 }
 
 }  // namespace firn

@@ -132,6 +132,48 @@ void add_material_keys(TableBuilder<SnowConfig>& t) {
                     "logarithmic strain before it bears again; 0: it does not"});
 }
 
+void add_look_keys(TableBuilder<SnowConfig>& t) {
+  const auto look = [](auto member) {
+    return [member](SnowConfig & s) -> auto& { return s.look.*member; };
+  };
+  t.key("albedo", look(&SnowLook::albedo), {.range = between(0, 1), .meaning = "diffuse colour, linear RGB"});
+  t.key(
+      "draw_radius", look(&SnowLook::radius),
+      {.unit = "spacings", .range = between(0.1, 4), .meaning = "of a drawn particle, in particle spacings"});
+  t.key("grain_radius", &SnowConfig::grain_radius,
+        {.unit = "m",
+         .range = between(1e-5, 1e-2),
+         .meaning =
+             "optical radius of the grains, 3 / (917 kg/m^3 x specific surface): light goes deeper in coarse "
+             "snow and comes out bluer and darker"});
+  t.key("anisotropy", look(&SnowLook::anisotropy),
+        {.range = {-1, 1, true, true},
+         .meaning = "g, the mean cosine of scattering: 0.845 natural grains, 0.89 spheres"});
+  t.key("scattering_depth", &SnowConfig::scattering_depth,
+        {.range = above(0),
+         .meaning = "stretches the way of light between two grains, and so the depth of its walk, not the "
+                    "colour; 1 is "
+                    "physics"});
+  t.key("tint", &SnowConfig::tint,
+        {.range = at_least(0),
+         .meaning = "strength of the ice's absorption, and so of the blue; 1 is physics"});
+  const auto sparkle = [](auto member) {
+    return [member](SnowConfig & s) -> auto& { return s.look.sparkle.*member; };
+  };
+  t.key("sparkle", sparkle(&SparkleSettings::density),
+        {.unit = "1/m^2",
+         .range = at_least(0),
+         .meaning = "facets of ice on the surface that may glint; 0: none"});
+  t.key("sparkle_size", sparkle(&SparkleSettings::size),
+        {.unit = "m", .range = above(0), .meaning = "radius of a facet: larger glints are brighter"});
+  t.key("sparkle_roughness", sparkle(&SparkleSettings::roughness),
+        {.unit = "degrees",
+         .range = {0, 45, true, false},
+         .meaning = "half-angle of the cone of a facet's normals: wider glints are more and dimmer"});
+  t.key("sparkle_strength", sparkle(&SparkleSettings::strength),
+        {.range = at_least(0), .meaning = "brightness of the glints; 1 is physics"});
+}
+
 TableSpec snow_table() {
   auto t = repeated_table<&SceneConfig::snow>("snow", "one body of snow");
   t.key(
@@ -157,7 +199,9 @@ TableSpec snow_table() {
                            .meaning = "material to start from; other keys beat it"});
   preset.set = [write = preset.set](SceneConfig& scene, std::size_t index, const Value& value) {
     write(scene, index, value);
-    scene.snow[index].material = find_preset(std::get<std::string>(value)).material;
+    const Preset& named = find_preset(std::get<std::string>(value));
+    scene.snow[index].material = named.material;
+    scene.snow[index].grain_radius = named.grain_radius;
   };
   add_material_keys(t);
   t.key("particles_per_cell", &SnowConfig::particles_per_cell,
@@ -170,13 +214,7 @@ TableSpec snow_table() {
         {.unit = "m", .range = above(0), .meaning = "mean distance of clumps"});
   t.key("allow_overlap", &SnowConfig::allow_overlap,
         {.meaning = "start inside other snow or a collider without an error"});
-  const auto look = [](auto member) {
-    return [member](SnowConfig & s) -> auto& { return s.look.*member; };
-  };
-  t.key("albedo", look(&SnowLook::albedo), {.range = between(0, 1), .meaning = "diffuse colour, linear RGB"});
-  t.key(
-      "draw_radius", look(&SnowLook::radius),
-      {.unit = "spacings", .range = between(0.1, 4), .meaning = "of a drawn particle, in particle spacings"});
+  add_look_keys(t);
   return t.take();
 }
 

@@ -15,8 +15,8 @@ using namespace firn;
 
 namespace {
 
-Film random_film(int width, int height) {
-  Film film;
+Picture random_film(int width, int height) {
+  Picture film;
   film.resize(width, height);
   for (std::size_t i = 0; i < film.rgb.size(); ++i) film.rgb[i] = 3.f * uniform_float(hash_keys(7, i)) - 0.2f;
   return film;
@@ -26,7 +26,7 @@ Film random_film(int width, int height) {
 
 TEST_CASE("A PNG and a PPM read back to the developed pixels") {
   Scratch scratch;
-  const Film film = random_film(37, 11);
+  const Picture film = random_film(37, 11);
   const Image8 image = develop(film, 0.5);
   for (const std::string format : {"png", "ppm"}) {
     write_file(scratch / ("x." + format), encode_film(film, format, 0.5));
@@ -39,7 +39,7 @@ TEST_CASE("A PNG and a PPM read back to the developed pixels") {
 
 TEST_CASE("A PFM reads back to the linear film bit for bit, with row 0 at the top") {
   Scratch scratch;
-  const Film film = random_film(5, 9);
+  const Picture film = random_film(5, 9);
   write_file(scratch / "x.pfm", encode_film(film, "pfm", 3));
   CHECK(read_pfm(scratch / "x.pfm").rgb == film.rgb);
   const std::string bytes = read_file(scratch / "x.pfm");
@@ -50,7 +50,7 @@ TEST_CASE("A PFM reads back to the linear film bit for bit, with row 0 at the to
 
 TEST_CASE("A picture file that is cut short or damaged is an io Error") {
   Scratch scratch;
-  const Film film = random_film(16, 16);
+  const Picture film = random_film(16, 16);
   for (const std::string format : {"png", "ppm", "pfm"}) {
     const auto path = scratch / ("x." + format);
     const std::string bytes = encode_film(film, format, 0);
@@ -87,10 +87,10 @@ TEST_CASE("The tone curve is the identity below its shoulder, then rises smoothl
 }
 
 TEST_CASE("One stop of exposure doubles the radiance") {
-  Film film;
+  Picture film;
   film.resize(1, 1);
   film.rgb = {0.05f, 0.1f, 0.2f};
-  Film twice = film;
+  Picture twice = film;
   for (float& value : twice.rgb) value *= 2;
   CHECK(develop(film, 1).rgb == develop(twice, 0).rgb);
 }

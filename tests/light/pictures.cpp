@@ -29,6 +29,7 @@ Snapshot snowball(const Vec3& center, double radius, double spacing, const Vec3&
     snapshot.id.push_back(static_cast<std::uint32_t>(snapshot.id.size()));
     snapshot.object.push_back(0);
   }
+  snapshot.resize(snapshot.size());  // of the columns that are 0
   return snapshot;
 }
 
@@ -64,25 +65,25 @@ Shape floor_plane(double height) {
   return shape;
 }
 
-Film render(const Snapshot& snapshot, const RenderSetup& setup, const kernels::KernelTable& kernels) {
-  Film film;
+Picture render(const Snapshot& snapshot, const RenderSetup& setup, const kernels::KernelTable& kernels) {
+  Picture film;
   RenderStats stats;
   const std::atomic<bool> stop{false};
   Renderer(kernels, setup).render(snapshot, film, stats, stop);
   return film;
 }
 
-Film render(const Snapshot& snapshot, const RenderSetup& setup) {
+Picture render(const Snapshot& snapshot, const RenderSetup& setup) {
   return render(snapshot, setup, *supported_kernels().back());
 }
 
-Vec3f mean(const Film& film) {
+Vec3f mean(const Picture& film) {
   Vec3 sum = Vec3::Zero();
   for (std::size_t i = 0; i < film.rgb.size(); ++i) sum[static_cast<Eigen::Index>(i % 3)] += film.rgb[i];
   return (sum / (static_cast<double>(film.width) * film.height)).cast<float>();
 }
 
-std::uint64_t hash(const Film& film) {
+std::uint64_t hash(const Picture& film) {
   std::uint64_t hash = 0;
   for (const float value : film.rgb) hash = hash_keys(hash, std::bit_cast<std::uint32_t>(value));
   return hash;

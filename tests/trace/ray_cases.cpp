@@ -88,6 +88,7 @@ void add_particle(Snapshot& snapshot, const Vec3& world, double spacing) {
   snapshot.density.push_back(300);
   snapshot.volume0.push_back(static_cast<float>(spacing * spacing * spacing));
   snapshot.id.push_back(static_cast<std::uint32_t>(snapshot.id.size()));
+  for (auto& turn : snapshot.turn) turn.push_back(0);
   snapshot.object.push_back(0);
 }
 
@@ -97,6 +98,26 @@ Snapshot cloud(std::size_t count, std::uint64_t seed, double uneven) {
   const double half = 0.5 * std::cbrt(static_cast<double>(count)) * 1.2;
   for (std::size_t i = 0; i < count; ++i) {
     add_particle(snapshot, half * in_cube(seed, i, 0), 1 + (uneven - 1) * uniform(seed, i, 9));
+  }
+  return snapshot;
+}
+
+Snapshot lattice_ball(double radius, const Vec3& center, double jitter) {
+  Snapshot snapshot;
+  snapshot.dx = 2;
+  const int n = static_cast<int>(std::ceil(radius));
+  std::uint64_t count = 0;
+  for (int x = -n; x <= n; ++x) {
+    for (int y = -n; y <= n; ++y) {
+      for (int z = -n; z <= n; ++z) {
+        if (Vec3(x, y, z).norm() > radius) continue;
+        Vec3 p = center + Vec3(x, y, z);
+        for (int a = 0; a < 3; ++a)
+          p[a] += jitter * (2 * uniform(5, count, static_cast<std::uint64_t>(a)) - 1);
+        ++count;
+        add_particle(snapshot, p, 1);
+      }
+    }
   }
   return snapshot;
 }
