@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Lights from both ends of a path. Expectations come from rays that come upon the lights and from quadrature; sample()
-// and emit() must find the same light with the densities that they claim.
+// Lights from both ends of a path. Expectations come from rays that come upon the lights and from quadrature;
+// sample() and emit() must find the same light with the densities that they claim.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -66,7 +66,8 @@ Mesh tetrahedron() {
 std::shared_ptr<const ImageTexture> spotted_picture() {
   auto picture = std::make_shared<ImageTexture>();
   picture->width = 32, picture->height = 16;
-  for (int k = 0; k < 32 * 16; ++k) picture->rgb.push_back(Vec3f(0.1f, 0.2f, 0.3f) * static_cast<float>(k % 7));
+  for (int k = 0; k < 32 * 16; ++k)
+    picture->rgb.push_back(Vec3f(0.1f, 0.2f, 0.3f) * static_cast<float>(k % 7));
   picture->rgb[32 * 5 + 9] = Vec3f(300, 200, 100);
   return picture;
 }
@@ -173,7 +174,8 @@ TEST_CASE("lights are sampled with the density that pdf() tells", "[light]") {
     };
     INFO(c.name);
     CHECK(std::fabs(chi_squared_z(
-              direction, 60000, [&](const Vec3f& d) { return density_of(stage, kReceiver, d); }, c.cone)) < 4.5);
+              direction, 60000, [&](const Vec3f& d) { return density_of(stage, kReceiver, d); }, c.cone)) <
+          4.5);
   }
 }
 
@@ -218,8 +220,8 @@ TEST_CASE("the light that samples find is that of all rays together", "[light]")
   }
 }
 
-// Integral of the fluence over a ball: of light that starts at lights, by the lengths of the chords that it goes through
-// the ball; by samples, at points of the ball. It is the same light.
+// Integral of the fluence over a ball: of light that starts at lights, by the lengths of the chords that it
+// goes through the ball; by samples, at points of the ball. It is the same light.
 TEST_CASE("lights send out what they are seen to bring", "[light]") {
   const float radius = 0.5f;
   const double volume = 4.0 / 3 * kPi * radius * radius * radius;
@@ -311,8 +313,8 @@ TEST_CASE("a quad shines to one side", "[light]") {
   CHECK(std::isinf(t));
 }
 
-// Preetham, Shirley, Smits 1999: with turbidity 3 and the sun 30 degrees from the zenith, Y_z = (4.0453 T - 4.9710)
-// tan((4/9 - T/120) (pi - 2 theta)) - 0.2155 T + 2.4192 = 9.28 kcd/m^2.
+// Preetham, Shirley, Smits 1999: with turbidity 3 and the sun 30 degrees from the zenith, Y_z = (4.0453 T
+// - 4.9710) tan((4/9 - T/120) (pi - 2 theta)) - 0.2155 T + 2.4192 = 9.28 kcd/m^2.
 TEST_CASE("the day sky has the zenith luminance of its source and is blue away from the sun", "[light]") {
   const Vec3 sun(0.5, std::sqrt(0.75), 0);
   const Case c{"", {DaySkyLight{sun, 3, 1, Vec3f::Zero()}}, {}};

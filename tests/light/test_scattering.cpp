@@ -15,13 +15,15 @@ namespace {
 
 const Vec3f kNormal = Vec3f(0.48f, 0.6f, -0.64f);
 
-SurfacePoint surface(SurfaceKind kind, float roughness = 0.5f, const Vec3f& albedo = Vec3f(0.2f, 0.5f, 0.9f)) {
+SurfacePoint surface(SurfaceKind kind, float roughness = 0.5f,
+                     const Vec3f& albedo = Vec3f(0.2f, 0.5f, 0.9f)) {
   return {kind, kNormal, albedo, roughness, 1.5f};
 }
 
 std::vector<SurfacePoint> rough_surfaces() {
   std::vector<SurfacePoint> all{surface(SurfaceKind::diffuse)};
-  for (const float roughness : {0.3f, 0.5f, 0.8f, 1.f}) all.push_back(surface(SurfaceKind::glossy, roughness));
+  for (const float roughness : {0.3f, 0.5f, 0.8f, 1.f})
+    all.push_back(surface(SurfaceKind::glossy, roughness));
   return all;
 }
 
@@ -94,7 +96,8 @@ TEST_CASE("rough surfaces reflect both ways alike and let nothing through", "[li
   }
 }
 
-TEST_CASE("in a white furnace white diffuse, mirror and glass are white, glossy loses what facets shade", "[light]") {
+TEST_CASE("in a white furnace white diffuse, mirror and glass are white, glossy loses what facets shade",
+          "[light]") {
   const Vec3f white = Vec3f::Ones();
   Scattered out;
   for (const SurfaceKind kind :
@@ -106,13 +109,15 @@ TEST_CASE("in a white furnace white diffuse, mirror and glass are white, glossy 
       // Radiance behind glass is brighter by the square of its index, so that too is white.
       REQUIRE(draw(surface(kind, 0, white), wo, k, out, Carries::radiance));
       const bool through = kNormal.dot(wo) * kNormal.dot(out.direction) < 0;
-      const float behind = through && kind == SurfaceKind::dielectric ? (kNormal.dot(wo) > 0 ? 2.25f : 1 / 2.25f) : 1;
+      const float behind =
+          through && kind == SurfaceKind::dielectric ? (kNormal.dot(wo) > 0 ? 2.25f : 1 / 2.25f) : 1;
       REQUIRE((out.weight * behind - white).norm() < 1e-5f);
     }
   }
   for (const float roughness : {0.2f, 0.5f, 0.8f, 1.f}) {
     for (const float cosine : {0.05f, 0.5f, 1.f}) {
-      const double kept = reflectance(surface(SurfaceKind::glossy, roughness, white), at_cosine(cosine), 40000);
+      const double kept =
+          reflectance(surface(SurfaceKind::glossy, roughness, white), at_cosine(cosine), 40000);
       INFO("roughness " << roughness << ", cosine " << cosine << ": " << kept);
       CHECK(kept < 1.0 + 1e-5);
       CHECK(kept > (roughness < 0.6f ? 0.9 : 0.35));
@@ -148,9 +153,10 @@ TEST_CASE("glass follows Snell and Fresnel from both sides", "[light]") {
     REQUIRE(scatter(glass, wo, 0, {0, 0}, Carries::radiance, out));
     return out.pdf;
   };
-  CHECK(reflected_part(1) == Approx(0.04).epsilon(1e-4));   // ((n - 1) / (n + 1))^2
+  CHECK(reflected_part(1) == Approx(0.04).epsilon(1e-4));  // ((n - 1) / (n + 1))^2
   CHECK(reflected_part(-1) == Approx(0.04).epsilon(1e-4));
-  // At Brewster's angle (tan = n) only the half that is polarised across is reflected: ((n^2 - 1) / (n^2 + 1))^2 / 2.
+  // At Brewster's angle (tan = n) only the half that is polarised across is reflected: ((n^2 - 1) / (n^2 +
+  // 1))^2 / 2.
   CHECK(reflected_part(1 / std::sqrt(3.25f)) == Approx(0.5 * std::pow(1.25 / 3.25, 2)).epsilon(1e-4));
   // Total reflection from within beyond sin = 1 / n, that is below cos = sqrt(5) / 3.
   CHECK(reflected_part(-0.745f) == 1);
@@ -158,7 +164,8 @@ TEST_CASE("glass follows Snell and Fresnel from both sides", "[light]") {
   for (std::uint64_t k = 0; k < 2000; ++k) {
     const Vec3f wo = anywhere(k);
     REQUIRE(draw(glass, wo, k, out));
-    const Vec3f along_o = wo - kNormal.dot(wo) * kNormal, along_i = out.direction - kNormal.dot(out.direction) * kNormal;
+    const Vec3f along_o = wo - kNormal.dot(wo) * kNormal,
+                along_i = out.direction - kNormal.dot(out.direction) * kNormal;
     const float n_o = kNormal.dot(wo) > 0 ? 1.f : 1.5f, n_i = kNormal.dot(out.direction) > 0 ? 1.f : 1.5f;
     REQUIRE((n_o * along_o + n_i * along_i).norm() < 1e-5f);
   }
