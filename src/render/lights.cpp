@@ -13,7 +13,7 @@ namespace firn {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr double kNarrowest = 1e-8;  // 1 - cos of a sun's radius: 0.008 degrees, so that rays can hit it
+constexpr double kNarrowest = 1e-7;  // 1 - cos of a sun's radius: 0.026 degrees, so that rays can hit it
 
 float power_of(const Lamp& lamp) {
   return std::visit([](const auto& one) { return kPi * one.area * one.strength; }, lamp);

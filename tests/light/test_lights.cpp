@@ -35,7 +35,7 @@ struct Case {
 struct Stage {
   explicit Stage(const Case& c) : objects(c.objects, {glow()}), lights(c.lights, objects) {
     objects.place(kOrigin);
-    lights.place(kOrigin, Vec3f::Zero(), 4);
+    lights.place(kOrigin, Vec3::Zero(), 4);
   }
   static Surface glow() {
     Surface surface;
@@ -84,7 +84,7 @@ std::vector<Case> cases() {
   return {
       {"quad", {quad({-0.5, -1.4, 0.7})}, {}},
       {"sphere", {SphereLight{kOrigin + aside, 0.5, {2, 1, 3}}}, {}},
-      {"sun", {sun(0.2666)}, {}, {kSun, 4e-5f}},
+      {"sun", {sun(0.2666)}, {}, {kSun, 1.5e-5f}},
       {"wide sun", {sun(20)}, {}, {kSun, 0.1f}},
       {"sky", {gradient()}, {}},
       {"constant", {ConstantLight{{1, 1, 1}}}, {}},
@@ -115,7 +115,7 @@ void each_light(const Stage& stage, const Vec3f& p, const Vec3f& d, const Visit&
     bool found = met.object >= 0;
     if (found) {
       t = met.t;
-      REQUIRE(stage.lights.object_hit(met.object, d, met, hit));
+      REQUIRE(stage.lights.object_hit(met.object, o, d, met, hit));
     }
     if (stage.lights.hit(o, d, t, lamp)) hit = lamp, found = true;
     if (!found) break;
@@ -125,9 +125,13 @@ void each_light(const Stage& stage, const Vec3f& p, const Vec3f& d, const Visit&
   visit(stage.lights.escape(p, d), kInfinity);
 }
 
+// Of points that are seen at an angle: at the rim of a glowing object the density has no bound.
+constexpr float kGrazing = 0.2f;
 double density_of(const Stage& stage, const Vec3f& p, const Vec3f& d) {
   double sum = 0;
-  each_light(stage, p, d, [&](const LightHit& hit, float t) { sum += stage.lights.pdf(p, d, t, hit); });
+  each_light(stage, p, d, [&](const LightHit& hit, float t) {
+    if (hit.cosine > kGrazing) sum += stage.lights.pdf(p, d, t, hit);
+  });
   return sum;
 }
 
@@ -170,7 +174,8 @@ TEST_CASE("lights are sampled with the density that pdf() tells", "[light]") {
     const Stage stage(c);
     const auto direction = [&](std::uint64_t k) {
       LightSample sample;
-      return draw(stage, kReceiver, k, sample) ? sample.direction : Vec3f(Vec3f::Zero());
+      const bool seen = draw(stage, kReceiver, k, sample) && sample.cosine > kGrazing;
+      return seen ? sample.direction : Vec3f(Vec3f::Zero());
     };
     INFO(c.name);
     CHECK(std::fabs(chi_squared_z(
@@ -297,7 +302,7 @@ TEST_CASE("a glowing plane is found by rays only", "[light]") {
   const Vec3f down(0, -1, 0);
   const ObjectHit met = stage.objects.closest(kReceiver, down, kInfinity);
   LightHit hit;
-  REQUIRE(stage.lights.object_hit(met.object, down, met, hit));
+  REQUIRE(stage.lights.object_hit(met.object, kReceiver, down, met, hit));
   CHECK(hit.radiance == Vec3f(1, 2, 0.5f));
   CHECK(hit.pdf_emit == 0);
   CHECK(stage.lights.pdf(kReceiver, down, met.t, hit) == 0);
