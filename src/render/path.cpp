@@ -50,7 +50,8 @@ Ways ways_of(const ImageSettings& image) {
 TilePaths::TilePaths(const View& view) : view_(view), ways_(ways_of(view.setup.image)) {
   for (const SnowLook& look : view.setup.snow) {
     const SnowLook& first = view.setup.snow.front();
-    alike_ = alike_ && look.anisotropy == first.anisotropy && look.ice_per_collision == first.ice_per_collision;
+    alike_ =
+        alike_ && look.anisotropy == first.anisotropy && look.ice_per_collision == first.ice_per_collision;
   }
 }
 
@@ -349,8 +350,8 @@ void TilePaths::visit(std::size_t ray) {
   Subpath& subpath = subpaths_[ray];
   Arrival& arrival = arrivals_[ray];
   const bool glows = arrival.what == Meets::object &&
-                     view_.world.lights.object_hit(arrival.object.object, rays_.origin(ray),
-                                                   rays_.direction(ray), arrival.object, arrival.light);
+                     view_.world.lights.object_hit(arrival.object.object, rays_.direction(ray),
+                                                   arrival.object, arrival.light);
   if (glows || arrival.what == Meets::nothing || arrival.what == Meets::light) {
     find_light(ray);
     return;
