@@ -350,8 +350,8 @@ void TilePaths::visit(std::size_t ray) {
   Subpath& subpath = subpaths_[ray];
   Arrival& arrival = arrivals_[ray];
   const bool glows = arrival.what == Meets::object &&
-                     view_.world.lights.object_hit(arrival.object.object, rays_.origin(ray),
-                                                   rays_.direction(ray), arrival.object, arrival.light);
+                     view_.world.lights.object_hit(arrival.object.object, rays_.direction(ray),
+                                                   arrival.object, arrival.light);
   if (glows || arrival.what == Meets::nothing || arrival.what == Meets::light) {
     find_light(ray);
     return;

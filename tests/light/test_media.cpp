@@ -64,7 +64,6 @@ Estimate transmitted(const Medium& medium, double mu, int side, int samples) {
 double number(const std::string& text) { return std::strtod(text.c_str(), nullptr); }
 
 constexpr int kSide = 16;
-constexpr double kPi = 3.14159265358979323846;
 
 }  // namespace
 
