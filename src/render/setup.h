@@ -15,6 +15,7 @@
 #include "src/geometry/shape.h"
 #include "src/render/ice.h"
 #include "src/render/image_texture.h"
+#include "src/render/picture.h"
 
 namespace firn {
 
@@ -154,6 +155,8 @@ struct RenderSetup {
   std::vector<Medium> media;
   std::vector<SnowLook> snow;  // index = Snapshot::object
   std::uint64_t seed = 1;
+  std::vector<Layer> layers;  // kept of each picture beside its beauty
+  bool denoise = false;
   double frame_seconds = 1.0 / 24;  // simulated, from one frame to the next
 };
 

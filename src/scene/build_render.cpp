@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // In: a SceneConfig. Out: what the renderer is told: surfaces by number, objects, lights.
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "src/scene/place_shape.h"
 #include "src/scene/scene.h"
@@ -83,6 +85,12 @@ RenderSetup build_render(const SceneConfig& scene) {
   RenderSetup setup;
   setup.camera = scene.camera;
   setup.image = scene.image;
+  setup.frame_seconds = scene.time.speed / scene.time.fps;
+  setup.denoise = scene.output.denoise;
+  for (const std::string& name : scene.output.layers) {
+    const auto* found = std::find(std::begin(kLayerNames), std::end(kLayerNames), name);
+    setup.layers.push_back(static_cast<Layer>(found - std::begin(kLayerNames)));
+  }
   setup.seed = scene.simulation.seed;
   setup.surfaces.push_back(Surface{});  // number 0: plain grey, for everything that names none
   setup.surfaces.insert(setup.surfaces.end(), scene.surfaces.begin(), scene.surfaces.end());

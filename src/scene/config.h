@@ -100,9 +100,9 @@ struct LightConfig {                                   // [[light]]: which keys 
 
 struct MediumConfig {  // [[medium]]: homogeneous, in a convex shape
   ShapeConfig shape;
-  std::optional<double> thickness;    // m, of a plane's
-  Vec3f sigma_s = Vec3f::Ones();      // 1/m
-  Vec3f sigma_a = Vec3f::Zero();      // 1/m
+  std::optional<double> thickness;  // m, of a plane's
+  Vec3f sigma_s = Vec3f::Ones();    // 1/m
+  Vec3f sigma_a = Vec3f::Zero();    // 1/m
   double g = 0;
 };
 
@@ -125,8 +125,11 @@ struct SimulationConfig {
 };
 
 struct OutputConfig {
-  std::vector<std::string> formats = {"png"};  // png ppm pfm
-  double exposure = 0;                         // stops
+  std::vector<std::string> formats = {"png"};    // png ppm pfm exr
+  std::vector<std::string> layers = {"beauty"};  // of pfm and exr files, names of enum Layer
+  double exposure = 0;                           // stops
+  ToneMap tone_map = ToneMap::soft;
+  bool denoise = false;
   bool movie = true;
   bool particles = false;     // keep every frame's particles for `firn render RUN`
   int checkpoint_every = 10;  // frames; 0 = only when interrupted
