@@ -13,7 +13,7 @@ namespace firn {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr double kNarrowest = 1e-8;  // 1 - cos of a sun's radius: 0.008 degrees, so that rays can hit it
+constexpr double kNarrowest = 1e-7;  // 1 - cos of a sun's radius: 0.026 degrees, so that rays can hit it
 
 float power_of(const Lamp& lamp) {
   return std::visit([](const auto& one) { return kPi * one.area * one.strength; }, lamp);
@@ -170,7 +170,7 @@ bool LightSet::hit(const Vec3f& o, const Vec3f& d, float& t, LightHit& out) cons
   return met >= 0;
 }
 
-bool LightSet::object_hit(int object, const Vec3f& d, const ObjectHit& met, LightHit& out) const {
+bool LightSet::object_hit(int object, const Vec3f&, const Vec3f& d, const ObjectHit& met, LightHit& out) const {
   const int lamp = lamp_of_object_[object];
   if (lamp < 0) return false;
   const float facing = -d.dot(met.normal);
@@ -211,7 +211,8 @@ Vec3f LightSet::distant_direction(float left, Sample2 at) const {
     if (left < sun.strength) return cone_direction(sun.direction, sun.spread, at);
     left -= sun.strength;
   }
-  return sky_.strength() > 0 ? sky_.sample(at) : cone_direction(suns_.back().direction, suns_.back().spread, at);
+  return sky_.strength() > 0 ? sky_.sample(at)
+                             : cone_direction(suns_.back().direction, suns_.back().spread, at);
 }
 
 }  // namespace firn

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
-// The light sources, as the two ends of a path need them: from a point that is lit (sample, pdf), from the light
-// itself (emit) and from a ray that comes upon one (hit, object_hit, escape). Everything at infinity (suns, skies,
-// pictures, constant light) acts as one light: its radiance in a direction is the sum, its density the mixture. So
-// whichever way a path is found, all densities that its weights need are there. Quads, balls and glowing objects are
-// sampled evenly over their area (balls seen from a point: over the cone that they fill).
+// The light sources, as the two ends of a path need them: from a point that is lit (sample, pdf), from the
+// light itself (emit) and from a ray that comes upon one (hit, object_hit, escape). Everything at infinity
+// (suns, skies, pictures, constant light) acts as one light: its radiance in a direction is the sum, its
+// density the mixture. So whichever way a path is found, all densities that its weights need are there.
+// Quads, balls and glowing objects are sampled evenly over their area (balls seen from a point: over the cone
+// that they fill).
 //
-// A quad shines to one side. A glowing object glows to both, but only the side that the scene's centre lies on is
-// sampled; the other side and glowing planes, which have no end, are found by rays that meet them: their densities
-// are 0.
+// A quad shines to one side. A glowing object glows to both, but only the side that the scene's centre lies
+// on is sampled; the other side and glowing planes, which have no end, are found by rays that meet them:
+// their densities are 0.
 #pragma once
 #include <variant>
 #include <vector>
@@ -34,11 +35,11 @@ struct LightSample {
 struct Emission {
   Vec3f origin, direction;  // render space, unit
   Vec3f radiance;
-  float pdf_emit = 0;     // as above
-  float pdf_start = 0;    // choice x density of the start: per area (1/m^2); at infinity per solid angle (1/sr)
-  float cosine = 1;       // at the light; 1 at infinity
-  int light = 0;          // as LightHit
-  bool distant = false;   // `origin` lies on a disc before the scene
+  float pdf_emit = 0;   // as above
+  float pdf_start = 0;  // choice x density of the start: per area (1/m^2); at infinity per solid angle (1/sr)
+  float cosine = 1;     // at the light; 1 at infinity
+  int light = 0;        // as LightHit
+  bool distant = false;  // `origin` lies on a disc before the scene
 };
 
 // What a ray meets when it comes upon a light.
@@ -58,7 +59,8 @@ class LightSet {
   // (center, radius; m, render space), which should hold all that the light could reach.
   void place(const Vec3& origin, const Vec3& center, float radius);
 
-  // A light, chosen by what it could send to `p` unhindered, and a point of it. False if none is seen from there.
+  // A light, chosen by what it could send to `p` unhindered, and a point of it. False if none is seen from
+  // there.
   bool sample(const Vec3f& p, float choice, Sample2 at, LightSample& out) const;
 
   // The density with which sample() takes the direction of a ray from `p` that came upon a light.
@@ -71,7 +73,7 @@ class LightSet {
   bool hit(const Vec3f& o, const Vec3f& d, float& t, LightHit& out) const;
 
   // The ray met an object: false if it does not glow.
-  bool object_hit(int object, const Vec3f& d, const ObjectHit& met, LightHit& out) const;
+  bool object_hit(int object, const Vec3f& o, const Vec3f& d, const ObjectHit& met, LightHit& out) const;
 
   // What a ray that leaves the scene brings. Its pdf_emit is 0 if its line misses the disc.
   LightHit escape(const Vec3f& o, const Vec3f& d) const;

@@ -11,6 +11,7 @@
 #include "src/render/denoise.h"
 #include "src/render/ice.h"
 #include "src/render/path.h"
+#include "src/render/relief.h"
 
 namespace firn {
 namespace {
@@ -180,10 +181,12 @@ Renderer::Renderer(const kernels::KernelTable& kernels, RenderSetup setup)
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 
-bool Renderer::render(const Snapshot& snapshot, Picture& picture, RenderStats& stats,
+bool Renderer::render(const Snapshot& given, Picture& picture, RenderStats& stats,
                       const std::atomic<bool>& stop) {
   stats = {};
-  const bool finished = state_->expose(snapshot, stats, stop);
+  const int detail = state_->setup.image.detail;
+  const Snapshot finer = detail > 1 ? with_relief(given, detail) : Snapshot{};
+  const bool finished = state_->expose(detail > 1 ? finer : given, stats, stop);
   const Film& film = state_->film;
   stats.mean_samples =
       static_cast<double>(film.samples()) / (static_cast<double>(film.width()) * film.height());

@@ -112,8 +112,7 @@ bool scatter_glossy(const SurfacePoint& surface, const Vec3f& wo, Sample2 at, Sc
   out.pdf_reverse = density_glossy(surface, out.direction, wo);
   out.specular = false;
   if (!(out.pdf > 0)) return false;
-  out.weight =
-      evaluate_glossy(surface, wo, out.direction) * (std::fabs(side.n.dot(out.direction)) / out.pdf);
+  out.weight = evaluate_glossy(surface, wo, out.direction) * (std::fabs(side.n.dot(out.direction)) / out.pdf);
   return true;
 }
 

@@ -87,6 +87,11 @@ TableSpec image_table() {
   t.key("reference", &I::reference,
         {.meaning = "nothing but the equations: every collision in the snow is followed with its true phase "
                     "function"});
+  t.key("detail", &I::detail,
+        {.range = between(1, 6),
+         .meaning = "close-ups: each particle is drawn as detail^3 smaller ones that move and turn with it, "
+                    "for relief "
+                    "and grain below its size; takes the memory of so many particles"});
   t.key("ice", &I::ice,
         {.choices = {"picard", "warren_brandt"},
          .meaning = "measured absorption of ice: Picard et al. 2016, natural snow; Warren and Brandt 2008, "
