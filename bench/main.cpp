@@ -10,6 +10,7 @@
 #include <type_traits>
 
 #include "bench/kernels.h"
+#include "bench/medium.h"
 #include "bench/resting.h"
 #include "bench/sim.h"
 #include "bench/trace.h"
@@ -39,7 +40,9 @@ constexpr const char* kUsage =
     "was\n"
     "  built with Embree, two ways to do it with Embree; the best of R frames each, taken in turns;\n"
     "  the cpu clock counts what the processors are busy, divided by the threads: for a machine that is "
-    "shared\n";
+    "shared\n"
+    "usage: firn-bench medium [--particles N] [--isa I] [--json FILE]\n"
+    "  flights of light through a ball of snow from collision to collision, on one thread\n";
 
 double positive(const std::string& option, const char* text) {
   char* end = nullptr;
@@ -134,6 +137,16 @@ int resting(int argc, char** argv) {
   return 0;
 }
 
+int medium(int argc, char** argv) {
+  firn::bench::MediumOptions o;
+  Options options;
+  options.takes = {
+      {"--particles", number("--particles", o.particles)}, {"--isa", word(o.isa)}, {"--json", word(o.json)}};
+  options.read(argc, argv);
+  firn::bench::run_medium(o);
+  return 0;
+}
+
 int trace(int argc, char** argv) {
   firn::bench::TraceOptions o;
   Options options;
@@ -158,7 +171,7 @@ int main(int argc, char** argv) {
     return 0;
   }
   const std::map<std::string, int (*)(int, char**)> commands = {
-      {"sim", sim}, {"kernels", kernels}, {"resting", resting}, {"trace", trace}};
+      {"sim", sim}, {"kernels", kernels}, {"resting", resting}, {"trace", trace}, {"medium", medium}};
   const auto command = commands.find(argc < 2 ? "" : argv[1]);
   if (command == commands.end()) {
     std::fputs(kUsage, stderr);

@@ -23,4 +23,12 @@ void closest(const TraceGrid& grid, std::size_t count, const RayView& rays, std:
 void occluded(const TraceGrid& grid, std::size_t count, const RayView& rays, std::size_t begin,
               std::size_t end);
 
+// The integral of the extinction along a ray of unit direction d from t = from to t = to (m), which may be
+// infinite: the mean number of collisions that `collide` would find if rays went on. The `count` balls in
+// the cells, the first of the columns, and the strays. Between the faces of cells and of balls the density is
+// a cubic, for which Simpson's rule is exact; cells that the surface crosses are cut in 64. No number if the
+// ray is in more than 1024 balls, one after another.
+double optical_depth(const TraceGrid& grid, const MediumField& field, std::size_t count, const double o[3],
+                     const double d[3], double from, double to);
+
 }  // namespace firn::kernels::reference

@@ -24,6 +24,7 @@ inline constexpr int kLanes = 4;
 
 typedef float Floats __attribute__((vector_size(4 * kLanes)));
 typedef std::int32_t Ints __attribute__((vector_size(4 * kLanes)));
+typedef std::uint32_t Bits __attribute__((vector_size(4 * kLanes)));  // arithmetic wraps around
 
 #if defined(__AVX512F__)
 
@@ -248,6 +249,10 @@ FIRN_INLINE Ints lane_numbers() {
 FIRN_INLINE Mask mask_of_bits(int bits) {  // lane l where bit l is set
   return equal((splat_int(bits) >> lane_numbers()) & 1, splat_int(1));
 }
+// As for integers.
+FIRN_INLINE Floats gather(const float* p, Ints index, Mask m) {
+  return (Floats)gather(reinterpret_cast<const std::int32_t*>(p), index, m);
+}
 FIRN_INLINE bool any(Mask m) { return lane_bits(m) != 0; }
 FIRN_INLINE bool all(Mask m) { return lane_bits(m) == kAllLanes; }
 FIRN_INLINE Ints select(Mask m, Ints yes, Ints no) { return (Ints)select(m, (Floats)yes, (Floats)no); }
@@ -260,10 +265,7 @@ FIRN_INLINE Floats copy_sign(Floats size, Floats sign) {
 FIRN_INLINE Floats square(Floats a) { return a * a; }
 
 // Wraps around instead of overflowing: in a simulation that has blown up, before the step's check finds it.
-FIRN_INLINE Ints wrapping_add(Ints a, Ints b) {
-  typedef std::uint32_t Bits __attribute__((vector_size(4 * kLanes)));
-  return (Ints)((Bits)a + (Bits)b);
-}
+FIRN_INLINE Ints wrapping_add(Ints a, Ints b) { return (Ints)((Bits)a + (Bits)b); }
 
 // The first `count` lanes from p, the others `fill`: the last batch of a range reads nothing that is not its
 // own. Masked moves are slow on some machines, and only the last batch of a range needs them.

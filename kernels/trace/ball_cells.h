@@ -10,9 +10,12 @@ template <bool kAny>
 struct BallCells {
   const TraceGrid& grid;
 
-  void start(Mask) {}
+  FIRN_INLINE void strays(const Ray& ray, std::size_t, Nearest& best) const {
+    test_bundles<kAny>(grid.strays, 0, grid.stray_bundles, ray, best);
+  }
+  void start(Mask, const LaneRays&) {}
   void pass(Mask) {}
-  FIRN_INLINE Mask meet(const Walk& walk, Ints slot, Mask lanes, LaneRays& rays) {
+  FIRN_INLINE Mask meet(const Walk& walk, Ints slot, const Mask& lanes, LaneRays& rays) {
     const Ints place = walk.cell_in(slot);
     const Ints word = gather(reinterpret_cast<const std::int32_t*>(grid.list), place, lanes);
     const int listed = lane_bits(lanes & !equal(word, splat_int(0)));

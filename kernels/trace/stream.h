@@ -20,10 +20,11 @@ struct LaneRays {
 };
 
 // kAny: whether any hit will do. Cells has
-//   void start(Mask lanes)                                      these lanes have new rays
+//   void strays(const Ray&, std::size_t ray, Nearest&)          what the ray finds among the strays
+//   void start(Mask lanes, const LaneRays&)                     these lanes have new rays
 //   void pass(Mask lanes)                                       these are in empty bricks
-//   Mask meet(const Walk&, Ints slot, Mask lanes, LaneRays&)    these are in occupied ones; returns those
-//   done
+//   Mask meet(const Walk&, Ints slot, Mask& lanes, LaneRays&)   these are in occupied ones; returns those
+//   done; takes out of `lanes` those that have more to do in their cells
 template <bool kAny, class Cells>
 class Stream {
  public:
@@ -45,8 +46,9 @@ class Stream {
       // Few lanes wait until there are more of their kind.
       const bool leap = leaping >= kFew || walking == 0, walk = walking >= kFew || !leap;
       if (walk) {
-        done = cells_.meet(walk_, slot, occupied, lane_);
-        done = done | walk_.step(grid_, occupied & !done, load(lane_.reach));
+        Mask leaving = occupied;
+        done = cells_.meet(walk_, slot, leaving, lane_);
+        done = done | walk_.step(grid_, leaving & !done, load(lane_.reach));
       }
       if (leap) {
         cells_.pass(empty);
@@ -79,7 +81,7 @@ class Stream {
                  d[3] = {load(lane_.d[0]), load(lane_.d[1]), load(lane_.d[2])};
     const Mask started = mask_of_bits(fresh);
     walk_.place(grid_, o, d, started);
-    cells_.start(started);
+    cells_.start(started, lane_);
     return live | started;
   }
 
@@ -93,7 +95,7 @@ class Stream {
       rays_.hit[i] = kNoHit;
       if (grid_.stray_bundles == 0) continue;
       Nearest stray{rays_.t[i], kNoHit};
-      test_bundles<kAny>(grid_.strays, 0, grid_.stray_bundles, load_ray(rays_, i), stray);
+      cells_.strays(load_ray(rays_, i), i, stray);
       if (stray.particle == kNoHit) continue;
       rays_.hit[i] = kAny ? 0 : stray.particle;
       if (!kAny) rays_.t[i] = stray.t;

@@ -35,7 +35,8 @@ struct SurfaceCells {
   Mask outside = mask_of_bits(0);  // was last seen outside
   Mask fresh = mask_of_bits(0);    // nothing known yet
 
-  FIRN_INLINE void start(Mask lanes) {
+  FIRN_INLINE void strays(const Ray& ray, std::size_t i, Nearest& best) const { loose.strays(ray, i, best); }
+  FIRN_INLINE void start(Mask lanes, const LaneRays&) {
     fresh = fresh | lanes;
     outside = outside & !lanes;
   }
@@ -44,7 +45,7 @@ struct SurfaceCells {
     fresh = fresh & !lanes;
   }
 
-  FIRN_INLINE Mask meet(const Walk& walk, Ints slot, Mask lanes, LaneRays& rays) {
+  FIRN_INLINE Mask meet(const Walk& walk, Ints slot, const Mask& lanes, LaneRays& rays) {
     const Ints cell = walk.cell_in(slot) & (kCellsPerBrick - 1);
     const Ints word =
         gather(reinterpret_cast<const std::int32_t*>(field.cell_kind), slot * 8 + (cell >> 3), lanes);
@@ -82,8 +83,7 @@ struct SurfaceCells {
                        (walk.cell(1) & 3) * kCornerSide + (walk.cell(2) & 3);
     for (int k = 0; k < 8; ++k) {
       const int offset = (k >> 2) * kCornerSide * kCornerSide + (k >> 1 & 1) * kCornerSide + (k & 1);
-      c.corner[k] = (Floats)gather(reinterpret_cast<const std::int32_t*>(field.fill), first + offset, lanes) -
-                    field.level;
+      c.corner[k] = gather(field.fill, first + offset, lanes) - field.level;
     }
     for (int a = 0; a < 3; ++a) {
       c.from[a] = walk.origin(a) * grid.inv_cell - to_float(walk.cell(a));

@@ -87,6 +87,24 @@ struct SurfaceField {
 };
 inline constexpr std::uint32_t kSurfaceHit = 0xfffffffeu;
 
+// What of the snow scatters light, as fields over the cells of a TraceGrid.
+struct MediumField {
+  const float* density = nullptr;  // per occupied brick kBrickCorners, kg/m^3
+  const float* fill = nullptr;     // as SurfaceField: snow is where it is at least the level
+  // Per cell of an occupied brick: the most extinction (reduced where the cell is deep) there is in it, 1/m;
+  // 0: no snow.
+  const float* majorant = nullptr;
+  const std::uint32_t* cell_kind = nullptr;  // as SurfaceField
+  const std::uint32_t* deep = nullptr;       // per occupied brick two words, one bit a cell; null: none
+  float level = 0.5f;
+  float extinction = 0;  // m^2/kg, times the density: 1/m
+  float reduced = 0;     // m^2/kg, the same in deep cells: extinction * (1 - g)
+  // kg/m^3 in the loose balls. Negative: the snow is balls alone, within which the density field counts.
+  float ball_density = 0;
+  const float* stray_extinction = nullptr;  // per stray (16 a bundle), 1/m
+};
+inline constexpr std::uint32_t kCollision = 0, kDeepCollision = 1;
+
 struct Extent {
   float low, high;  // infinite if there is nothing
   bool finite;      // every value, and their sum
@@ -117,6 +135,11 @@ struct TraceKernels {
                           std::size_t end) = nullptr;
   void (*surface_occluded)(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t begin,
                            std::size_t end) = nullptr;
+  // How far each ray gets through the snow, by delta tracking with a majorant a cell (Woodcock 1965): `hit`
+  // is kCollision, or kDeepCollision in a deep cell, or kNoHit where it passed. Rays may start in the snow.
+  // key: one per ray; its random numbers are hashes of the key and of how many it has drawn.
+  void (*collide)(const TraceGrid&, const MediumField&, const RayView&, const std::uint64_t* key,
+                  std::size_t begin, std::size_t end) = nullptr;
 };
 
 }  // namespace firn::kernels

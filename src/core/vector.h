@@ -10,6 +10,13 @@ using Vec3 = Eigen::Vector3d;  // metres, m/s, ...; world space, right-handed, +
 using Mat3 = Eigen::Matrix3d;
 using Vec3f = Eigen::Vector3f;  // render space (metres from the render origin) or linear RGB
 
+// Of linear RGB: Rec. 709.
+template <class Rgb>
+auto luminance_of(const Rgb& rgb) {
+  using T = typename Rgb::Scalar;
+  return T(0.2126) * rgb[0] + T(0.7152) * rgb[1] + T(0.0722) * rgb[2];
+}
+
 // An axis-aligned box; empty while min > max in any axis.
 struct Bounds {
   Vec3 min = Vec3::Constant(1e300);

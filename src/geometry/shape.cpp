@@ -15,12 +15,12 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-SurfacePoint local_surface(const Ball& ball, const Vec3& p) {
+SurfaceDistance local_surface(const Ball& ball, const Vec3& p) {
   const double length = p.norm();
   return {length - ball.radius, length > 0 ? Vec3(p / length) : Vec3::UnitY()};
 }
 
-SurfacePoint local_surface(const Box& box, const Vec3& p) {
+SurfaceDistance local_surface(const Box& box, const Vec3& p) {
   const Vec3 q = p.cwiseAbs() - box.half_size;
   const Vec3 sign = p.unaryExpr([](double x) { return x < 0 ? -1.0 : 1.0; });
   const Vec3 outside = q.cwiseMax(0.0);
@@ -31,7 +31,7 @@ SurfacePoint local_surface(const Box& box, const Vec3& p) {
   return {depth, Vec3(Vec3::Unit(axis) * sign[axis])};
 }
 
-SurfacePoint local_surface(const Cylinder& cylinder, const Vec3& p) {
+SurfaceDistance local_surface(const Cylinder& cylinder, const Vec3& p) {
   const double across = std::hypot(p.x(), p.z());
   const Vec3 radial = across > 0 ? Vec3(p.x() / across, 0, p.z() / across) : Vec3::UnitX();
   const Vec3 axial(0, p.y() < 0 ? -1 : 1, 0);
@@ -40,22 +40,22 @@ SurfacePoint local_surface(const Cylinder& cylinder, const Vec3& p) {
     const double length = std::hypot(dr, dy);
     return {length, (radial * dr + axial * dy) / length};
   }
-  return dr > dy ? SurfacePoint{dr, radial} : SurfacePoint{dy, axial};
+  return dr > dy ? SurfaceDistance{dr, radial} : SurfaceDistance{dy, axial};
 }
 
-SurfacePoint local_surface(const Capsule& capsule, const Vec3& p) {
+SurfaceDistance local_surface(const Capsule& capsule, const Vec3& p) {
   const Vec3 axis(0, std::clamp(p.y(), -capsule.half_length, capsule.half_length), 0);
   return local_surface(Ball{capsule.radius}, p - axis);
 }
 
-SurfacePoint local_surface(const HalfSpace&, const Vec3& p) { return {p.y(), Vec3::UnitY()}; }
+SurfaceDistance local_surface(const HalfSpace&, const Vec3& p) { return {p.y(), Vec3::UnitY()}; }
 
 // The largest of the distances to the surface (to first order), to the base and to the four sides.
-SurfacePoint local_surface(const HeightField& field, const Vec3& p) {
+SurfaceDistance local_surface(const HeightField& field, const Vec3& p) {
   const HeightRaster& raster = *field.raster;
   const HeightSample top = raster.sample(p.x(), p.z());
   const Vec3 up = Vec3(-top.slope_x, 1, -top.slope_z).normalized();
-  SurfacePoint result{(p.y() - top.height) * up.y(), up};
+  SurfaceDistance result{(p.y() - top.height) * up.y(), up};
   const auto cut = [&result](double distance, const Vec3& normal) {
     if (distance > result.distance) result = {distance, normal};
   };
@@ -65,7 +65,7 @@ SurfacePoint local_surface(const HeightField& field, const Vec3& p) {
   return result;
 }
 
-SurfacePoint local_surface(const Mesh& mesh, const Vec3& p) {
+SurfaceDistance local_surface(const Mesh& mesh, const Vec3& p) {
   const TriangleMesh::Closest closest = mesh.mesh->closest(p);
   const double distance = closest.signed_distance;
   // Near the surface the offset has no direction left in it: the pseudonormal is the gradient's limit there.
@@ -105,9 +105,9 @@ std::optional<double> local_volume(const Mesh& mesh) { return mesh.mesh->volume(
 
 }  // namespace
 
-SurfacePoint closest_surface(const Shape& shape, const Vec3& world) {
+SurfaceDistance closest_surface(const Shape& shape, const Vec3& world) {
   const Vec3 local = shape.pose.to_local(world);
-  SurfacePoint point = std::visit([&](const auto& form) { return local_surface(form, local); }, shape.form);
+  SurfaceDistance point = std::visit([&](const auto& form) { return local_surface(form, local); }, shape.form);
   point.normal = shape.pose.rotation * point.normal;
   return point;
 }

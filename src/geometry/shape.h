@@ -55,11 +55,11 @@ struct Shape {
 
 // Signed distance to the shape's surface (m, negative inside) and the outward unit normal there (its
 // gradient).
-struct SurfacePoint {
+struct SurfaceDistance {
   double distance;
   Vec3 normal;
 };
-SurfacePoint closest_surface(const Shape& shape, const Vec3& world);
+SurfaceDistance closest_surface(const Shape& shape, const Vec3& world);
 
 // Negative inside. Exact for ball, box, cylinder, capsule, half space, mesh; for a height field the vertical
 // distance scaled to first order by the slope, exact in sign.

@@ -13,13 +13,13 @@
 #include <vector>
 
 #include "src/particles/snapshot.h"
-#include "src/render/film.h"
+#include "src/render/picture.h"
 
 namespace firn {
 
 struct FrameSlot {
   Snapshot snapshot;
-  Film film;
+  Picture picture;
 };
 
 struct FrameStages {

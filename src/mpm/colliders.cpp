@@ -41,7 +41,7 @@ bool fill_contact(const Collider& collider, const Shape& shape, const BlockCoord
   out.moving = 0;
   bool touches = false;
   for (int n = 0; n < kernels::kBlockNodes; ++n) {
-    const SurfacePoint surface = closest_surface(shape, node_position(block, n, dx));
+    const SurfaceDistance surface = closest_surface(shape, node_position(block, n, dx));
     out.distance[n] = static_cast<float>(surface.distance / dx);
     for (int axis = 0; axis < 3; ++axis) out.normal[axis][n] = static_cast<float>(surface.normal[axis]);
     touches = touches || out.distance[n] < kernels::kTouchingCells;

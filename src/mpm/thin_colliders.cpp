@@ -75,7 +75,7 @@ bool stop_at(const ThinCollider& thin, const Vec3& x, Vec3& y, Vec3& v) {
   const Shape still{thin.after.form, Pose{}};
   const Vec3 from = thin.before.pose.to_local(x), to = thin.after.pose.to_local(y);
   const double way = (to - from).norm(), clear = kClear * thickness(still);
-  SurfacePoint surface = closest_surface(still, from);
+  SurfaceDistance surface = closest_surface(still, from);
   Vec3 met = from;
   if (surface.distance > 0) {
     double gone = 0;
@@ -87,14 +87,14 @@ bool stop_at(const ThinCollider& thin, const Vec3& x, Vec3& y, Vec3& v) {
     }
     if (surface.distance > clear) return false;  // it goes along the surface
     if ((to - met).dot(surface.normal) >= 0) return false;
-  } else if (const SurfacePoint out = closest_surface(still, to);
+  } else if (const SurfaceDistance out = closest_surface(still, to);
              out.distance > 0 && out.normal.dot(surface.normal) > 0) {
     return false;  // it leaves
   }
   // On the surface, and from there only along it: what it would have gone on aside.
   const Vec3 rest = to - met, aside = rest - surface.normal * rest.dot(surface.normal);
   Vec3 end = met + aside;
-  const SurfacePoint there = closest_surface(still, end);
+  const SurfaceDistance there = closest_surface(still, end);
   if (there.distance < clear) {
     const bool same_side = there.normal.dot(surface.normal) > 0;
     end = same_side ? Vec3(end + (clear - there.distance) * there.normal)

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "src/core/portable_math.h"
 #include "src/render/directions.h"
@@ -13,155 +12,207 @@
 namespace firn {
 namespace {
 
-float smooth(float x) {
-  const float t = std::clamp(x, 0.f, 1.f);
-  return t * t * (3 - 2 * t);
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr double kNarrowest = 1e-7;  // 1 - cos of a sun's radius: 0.026 degrees, so that rays can hit it
+
+float power_of(const Lamp& lamp) {
+  return std::visit([](const auto& one) { return kPi * one.area * one.strength; }, lamp);
 }
 
-// The horizon's colour reaches up as in a clear sky (a steep start) and gives way to the ground's within 6
-// degrees.
-Vec3f sky_radiance(const SkyLight& sky, float y) {
-  if (y < 0) return sky.horizon + smooth(-10 * y) * (sky.ground - sky.horizon);
-  const float down = 1 - y;
-  return sky.zenith + down * down * down * (sky.horizon - sky.zenith);
-}
+// 2 - 2 cos of the angle between them, without cancellation.
+bool within(const Vec3f& a, const Vec3f& b, float spread) { return (a - b).squaredNorm() <= 2 * spread; }
 
 }  // namespace
 
-LightSet::LightSet(std::vector<Light> lights) {
-  for (const Light& light : lights) std::visit([this](const auto& one) { add(one); }, light);
-}
-
-void LightSet::add(const QuadLight& light) {
-  const Vec3 cross = light.edge_u.cross(light.edge_v);
-  if (!(cross.norm() > 0)) return;
-  quads_.push_back({light.corner, Vec3f::Zero(), light.edge_u.cast<float>(), light.edge_v.cast<float>(),
-                    cross.normalized().cast<float>(), light.radiance, static_cast<float>(cross.norm())});
-}
-
-void LightSet::add(const SphereLight& light) {
-  if (light.radius > 0) {
-    balls_.push_back({light.center, Vec3f::Zero(), light.radiance, static_cast<float>(light.radius)});
+LightSet::LightSet(const std::vector<Light>& lights, const ObjectSet& objects)
+    : objects_(objects), lamp_of_object_(objects.count(), -1), sky_(lights) {
+  for (const Light& light : lights) {
+    if (const auto* quad = std::get_if<QuadLight>(&light)) lamps_.emplace_back(QuadLamp(*quad));
+    if (const auto* ball = std::get_if<SphereLight>(&light)) lamps_.emplace_back(BallLamp(*ball));
+    if (const auto* sun = std::get_if<SunLight>(&light)) add_sun(*sun);
   }
+  for (int i = 0; i < objects.count(); ++i) {
+    if (objects.surface(i).kind != SurfaceKind::emission) continue;
+    lamp_of_object_[i] = static_cast<int>(lamps_.size());
+    lamps_.emplace_back(ObjectLamp(objects.area(i), objects.surface(i).emission));
+  }
+  distant_strength_ = sky_.strength();
+  for (const Sun& sun : suns_) distant_strength_ += sun.strength;
 }
 
 // A disc of uniform radiance L and angular radius a sends pi L sin^2 a to a plane that faces it.
-void LightSet::add(const SunLight& light) {
+void LightSet::add_sun(const SunLight& light) {
   const SinCos half = portable_sincos(0.5 * light.angular_radius * 3.14159265358979323846 / 180);
-  const double spread = 2 * half.sin * half.sin;
-  Sun sun{light.direction.normalized().cast<float>(), light.irradiance, Vec3f::Zero(),
-          static_cast<float>(spread)};
-  if (spread > 0)
-    sun.radiance = light.irradiance / static_cast<float>(spread * (2 - spread) * 3.14159265358979323846);
-  suns_.push_back(sun);
+  const double spread = std::max(2 * half.sin * half.sin, kNarrowest), pi = 3.14159265358979323846;
+  const Vec3f radiance = light.irradiance / static_cast<float>(spread * (2 - spread) * pi);
+  suns_.push_back({light.direction.normalized().cast<float>(), radiance, static_cast<float>(spread),
+                   static_cast<float>(radiance.sum() * 2 * pi * spread)});
 }
 
-void LightSet::place(const Vec3& origin) {
-  for (Quad& quad : quads_) quad.p = (quad.corner - origin).cast<float>();
-  for (Ball& ball : balls_) ball.p = (ball.center - origin).cast<float>();
-}
-
-// An upper estimate of the irradiance at p, never 0 where there may be light.
-float LightSet::weight(std::size_t light, const Vec3f& p) const {
-  if (light < quads_.size()) {
-    const Quad& quad = quads_[light];
-    if (quad.normal.dot(p - quad.p) <= 0) return 0;
-    const float d2 = (quad.p + 0.5f * (quad.u + quad.v) - p).squaredNorm();
-    return quad.radiance.sum() * quad.area / (d2 + quad.area);
+void LightSet::place(const Vec3& origin, const Vec3& center, float radius) {
+  center_ = center.cast<float>(), radius_ = radius;
+  for (Lamp& lamp : lamps_) {
+    if (auto* quad = std::get_if<QuadLamp>(&lamp)) quad->place(origin);
+    if (auto* ball = std::get_if<BallLamp>(&lamp)) ball->place(origin);
   }
-  light -= quads_.size();
-  if (light < balls_.size()) {
-    const float r2 = balls_[light].radius * balls_[light].radius;
-    return balls_[light].radiance.sum() * kPi * r2 / std::max((balls_[light].p - p).squaredNorm(), r2);
+  for (int i = 0; i < objects_.count(); ++i) {
+    if (lamp_of_object_[i] < 0) continue;
+    std::get<ObjectLamp>(lamps_[lamp_of_object_[i]]).place(objects_.pose(i), objects_.shape(i), center);
   }
-  return suns_[light - balls_.size()].irradiance.sum();
+  total_power_ = kPi * radius * radius * distant_strength_;
+  for (const Lamp& lamp : lamps_) total_power_ += power_of(lamp);
 }
 
-bool LightSet::sample_quad(const Quad& quad, const Vec3f& p, Sample2 at, LightSample& out) const {
-  const Vec3f to = quad.p + at.u * quad.u + at.v * quad.v - p;
-  const float d2 = to.squaredNorm();
-  out.distance = std::sqrt(d2);
-  out.direction = to / out.distance;
-  const float cosine = -out.direction.dot(quad.normal);
-  if (!(cosine > 0) || !(d2 > 0)) return false;
-  out.radiance_by_pdf = quad.radiance * (cosine * quad.area / d2);
-  return true;
+float LightSet::weight(int lamp, const Vec3f& p) const {
+  return std::visit([&p](const auto& one) { return one.weight(p); }, lamps_[lamp]);
 }
 
-// Uniform over the cone that the ball fills, so every sample sees it.
-bool LightSet::sample_ball(const Ball& ball, const Vec3f& p, Sample2 at, LightSample& out) const {
-  const Vec3f to = ball.p - p;
-  const float d2 = to.squaredNorm(), sin2 = ball.radius * ball.radius / d2;
-  if (!(sin2 < 1)) return false;  // inside the light
-  const float spread = sin2 / (1 + std::sqrt(1 - sin2));
-  out.direction = cone_direction(to / std::sqrt(d2), spread, at);
-  const float along = out.direction.dot(to);
-  const float depth2 = ball.radius * ball.radius - (to - along * out.direction).squaredNorm();
-  out.distance = along - std::sqrt(std::max(depth2, 0.f));
-  out.radiance_by_pdf = ball.radiance * (2 * kPi * spread);
-  return true;
+float LightSet::total_weight(const Vec3f& p) const {
+  float total = distant_strength_;
+  for (int i = 0; i < distant(); ++i) total += weight(i, p);
+  return total;
 }
 
 bool LightSet::sample(const Vec3f& p, float choice, Sample2 at, LightSample& out) const {
-  const std::size_t count = quads_.size() + balls_.size() + suns_.size();
-  float total = 0;
-  for (std::size_t i = 0; i < count; ++i) total += weight(i, p);
+  const float total = total_weight(p);
   if (!(total > 0)) return false;
-  std::size_t chosen = 0;
-  float chance = 0;
   float left = choice * total;
-  for (std::size_t i = 0; i < count; ++i) {
-    const float w = weight(i, p);
-    if (!(w > 0)) continue;
-    chosen = i, chance = w / total;
-    left -= w;
-    if (left < 0) break;
+  for (int i = 0; i < distant(); ++i) {
+    const float chance = weight(i, p);
+    if (left < chance) return sample_lamp(i, chance / total, p, at, out);
+    left -= chance;
   }
-  if (chosen < quads_.size()) {
-    if (!sample_quad(quads_[chosen], p, at, out)) return false;
-  } else if (chosen < quads_.size() + balls_.size()) {
-    if (!sample_ball(balls_[chosen - quads_.size()], p, at, out)) return false;
-  } else {
-    const Sun& sun = suns_[chosen - quads_.size() - balls_.size()];
-    out.direction = cone_direction(sun.direction, sun.spread, at);
-    out.distance = std::numeric_limits<float>::infinity();
-    out.radiance_by_pdf = sun.irradiance * (2 / (2 - sun.spread));
-  }
-  out.radiance_by_pdf /= chance;
+  if (!(distant_strength_ > 0)) return false;
+  out.direction = distant_direction(left, at);
+  out.distance = kInfinity;
+  out.radiance = distant_radiance(out.direction);
+  const float density = distant_density(out.direction);
+  out.pdf = density / total;
+  out.pdf_emit = crosses_disc(p, out.direction) ? density / total_power_ : 0;
+  out.cosine = 1;
+  return out.pdf > 0;
+}
+
+bool LightSet::sample_lamp(int lamp, float chance, const Vec3f& p, Sample2 at, LightSample& out) const {
+  LampSight sight;
+  if (!std::visit([&](const auto& one) { return one.toward(p, at, sight); }, lamps_[lamp])) return false;
+  const LightHit hit = lamp_hit(lamp, sight.cosine);
+  out = {sight.direction, sight.distance, hit.radiance, chance * sight.pdf, hit.pdf_emit, sight.cosine};
   return true;
 }
 
-bool LightSet::hit(const Vec3f& o, const Vec3f& d, float& t, Vec3f& radiance) const {
-  bool found = false;
-  for (const Quad& quad : quads_) {
-    const float along = d.dot(quad.normal), reach = (quad.p - o).dot(quad.normal) / along;
-    if (!(along < 0) || !(reach > 0) || !(reach < t)) continue;
-    const Vec3f at = o + reach * d - quad.p;
-    const float u = quad.normal.dot(at.cross(quad.v)) / quad.area,
-                v = quad.normal.dot(quad.u.cross(at)) / quad.area;
-    if (u < 0 || u > 1 || v < 0 || v > 1) continue;
-    t = reach, radiance = quad.radiance, found = true;
-  }
-  for (const Ball& ball : balls_) {
-    const Vec3f to = ball.p - o;
-    const float along = d.dot(to), depth2 = ball.radius * ball.radius - (to - along * d).squaredNorm();
-    if (depth2 < 0) continue;
-    const float reach = along - std::sqrt(depth2);
-    if (!(reach > 0) || !(reach < t)) continue;
-    t = reach, radiance = ball.radiance, found = true;
-  }
-  return found;
+// Light leaves a lamp with density cosine / pi.
+LightHit LightSet::lamp_hit(int lamp, float cosine) const {
+  return std::visit(
+      [&](const auto& one) {
+        return LightHit{lamp, one.radiance, one.strength * cosine / total_power_, cosine};
+      },
+      lamps_[lamp]);
 }
 
-Vec3f LightSet::escape(const Vec3f& d, bool see_sun) const {
-  Vec3f sum = constant_;
-  for (const SkyLight& sky : skies_) sum += sky_radiance(sky, d.y());
-  if (!see_sun) return sum;
+float LightSet::pdf(const Vec3f& p, const Vec3f& direction, float distance, const LightHit& hit) const {
+  const float total = total_weight(p);
+  if (!(total > 0)) return 0;
+  if (hit.light == distant()) return distant_density(direction) / total;
+  if (!(hit.pdf_emit > 0)) return 0;  // the side of an object that is not sampled
+  const float density =
+      std::visit([&](const auto& one) { return one.density(p, distance, hit.cosine); }, lamps_[hit.light]);
+  return weight(hit.light, p) / total * density;
+}
+
+bool LightSet::emit(float choice, Sample2 place, Sample2 direction, Emission& out) const {
+  if (!(total_power_ > 0)) return false;
+  float left = choice * total_power_;
+  for (int i = 0; i < distant(); ++i) {
+    const float power = power_of(lamps_[i]);
+    if (!(power > 0)) continue;
+    if (left < power) {
+      emit_lamp(i, place, direction, out);
+      return true;
+    }
+    left -= power;
+  }
+  if (!(distant_strength_ > 0)) return false;
+  const Vec3f towards = distant_direction(left / (kPi * radius_ * radius_), direction);
+  const float density = distant_density(towards);
+  const Disc disc = on_circle(radius_ * std::sqrt(place.u), place.v);
+  out.origin = center_ + around(towards, disc.x, disc.y, radius_);
+  out.direction = -towards;
+  out.radiance = distant_radiance(towards);
+  out.pdf_emit = density / total_power_;
+  out.pdf_start = out.pdf_emit * kPi * radius_ * radius_;
+  out.cosine = 1;
+  out.light = distant();
+  out.distant = true;
+  return out.pdf_emit > 0;
+}
+
+void LightSet::emit_lamp(int lamp, Sample2 place, Sample2 direction, Emission& out) const {
+  const LampPoint point = std::visit([&](const auto& one) { return one.point(place); }, lamps_[lamp]);
+  out.origin = point.p;
+  out.direction = cosine_direction(point.normal, direction);
+  out.cosine = std::max(out.direction.dot(point.normal), 0.f);
+  const LightHit hit = lamp_hit(lamp, out.cosine);
+  out.radiance = hit.radiance;
+  out.pdf_emit = hit.pdf_emit;
+  out.pdf_start = std::visit([](const auto& one) { return one.strength * kPi; }, lamps_[lamp]) / total_power_;
+  out.light = lamp;
+  out.distant = false;
+}
+
+bool LightSet::hit(const Vec3f& o, const Vec3f& d, float& t, LightHit& out) const {
+  int met = -1;
+  float cosine = 0;
+  for (int i = 0; i < distant(); ++i) {
+    if (std::visit([&](const auto& one) { return one.hit(o, d, t, cosine); }, lamps_[i])) met = i;
+  }
+  if (met >= 0) out = lamp_hit(met, cosine);
+  return met >= 0;
+}
+
+bool LightSet::object_hit(int object, const Vec3f& d, const ObjectHit& met, LightHit& out) const {
+  const int lamp = lamp_of_object_[object];
+  if (lamp < 0) return false;
+  const float facing = -d.dot(met.normal);
+  out = lamp_hit(lamp, std::fabs(facing));
+  const auto& glow = std::get<ObjectLamp>(lamps_[lamp]);
+  if (!(glow.area > 0) || (facing < 0) != glow.inward()) out.pdf_emit = 0;
+  return true;
+}
+
+LightHit LightSet::escape(const Vec3f& o, const Vec3f& d) const {
+  const bool reached = total_power_ > 0 && crosses_disc(o, d);
+  return {distant(), distant_radiance(d), reached ? distant_density(d) / total_power_ : 0, 1};
+}
+
+bool LightSet::crosses_disc(const Vec3f& o, const Vec3f& d) const {
+  const Vec3f to = center_ - o;
+  return (to - to.dot(d) * d).squaredNorm() <= radius_ * radius_;
+}
+
+Vec3f LightSet::distant_radiance(const Vec3f& d) const {
+  Vec3f sum = sky_.radiance(d);
   for (const Sun& sun : suns_) {
-    const float apart2 = (d - sun.direction).squaredNorm();  // 2 - 2 cos, without cancellation
-    if (apart2 < 2 * sun.spread) sum += sun.radiance;
+    if (within(d, sun.direction, sun.spread)) sum += sun.radiance;
   }
   return sum;
+}
+
+float LightSet::distant_density(const Vec3f& d) const {
+  float sum = sky_.strength() * sky_.density(d);
+  for (const Sun& sun : suns_) {
+    if (within(d, sun.direction, sun.spread)) sum += sun.strength / (2 * kPi * sun.spread);
+  }
+  return sum;
+}
+
+Vec3f LightSet::distant_direction(float left, Sample2 at) const {
+  for (const Sun& sun : suns_) {
+    if (left < sun.strength) return cone_direction(sun.direction, sun.spread, at);
+    left -= sun.strength;
+  }
+  return sky_.strength() > 0 ? sky_.sample(at)
+                             : cone_direction(suns_.back().direction, suns_.back().spread, at);
 }
 
 }  // namespace firn

@@ -11,6 +11,17 @@
 
 namespace firn {
 
+namespace {
+
+// Seen from the side that the face's axis points to, upright for walls, with -z up for floors.
+Vec3f texture_at(const Surface& look, const Vec3& local, Eigen::Index facing) {
+  const double u = facing == 0 ? local.z() : local.x(), v = facing == 1 ? local.z() : -local.y();
+  const double tall = look.texture_size * look.texture->height / look.texture->width;
+  return look.texture->at(u / look.texture_size, v / tall, false);
+}
+
+}  // namespace
+
 ObjectSet::ObjectSet(std::vector<Object> objects, std::vector<Surface> surfaces)
     : objects_(std::move(objects)),
       surfaces_(std::move(surfaces)),
@@ -46,15 +57,27 @@ double ObjectSet::intersect(std::size_t object, const Vec3& o, const Vec3& d, do
   return firn::intersect(std::get<HalfSpace>(form), o, d, limit, normal);
 }
 
-// A checker lies on the two axes of the shape's own frame that the surface faces least.
+std::shared_ptr<const SurfaceArea> ObjectSet::area(int object) const {
+  return std::make_shared<SurfaceArea>(objects_[object].shape, triangles_[object]);
+}
+
+SurfacePoint ObjectSet::point(const ObjectHit& hit) const {
+  const Surface& look = surface(hit.object);
+  return {look.kind, hit.normal, hit.albedo, static_cast<float>(look.roughness),
+          static_cast<float>(look.ior)};
+}
+
+// Patterns lie on the two axes of the shape's own frame that the surface faces least.
 Vec3f ObjectSet::albedo_at(int object, const Vec3& local, const Vec3& normal) const {
-  const Surface& surface = surfaces_[objects_[object].surface];
-  if (surface.checker.minCoeff() < 0 || !(surface.checker_size > 0)) return surface.albedo;
+  const Surface& look = surface(object);
+  const bool checked = look.checker.minCoeff() >= 0 && look.checker_size > 0;
+  if (!checked && !look.texture) return look.albedo;
   Eigen::Index facing = 0;
   normal.cwiseAbs().maxCoeff(&facing);
+  if (look.texture) return texture_at(look, local, facing);
   double squares = 0;
-  for (int a = 0; a < 3; ++a) squares += a == facing ? 0 : std::floor(local[a] / surface.checker_size);
-  return std::fmod(std::fabs(squares), 2) < 0.5 ? surface.albedo : surface.checker;
+  for (int a = 0; a < 3; ++a) squares += a == facing ? 0 : std::floor(local[a] / look.checker_size);
+  return std::fmod(std::fabs(squares), 2) < 0.5 ? look.albedo : look.checker;
 }
 
 ObjectHit ObjectSet::closest(const Vec3f& o, const Vec3f& d, float reach) const {
@@ -82,6 +105,7 @@ ObjectHit ObjectSet::closest(const Vec3f& o, const Vec3f& d, float reach) const 
 bool ObjectSet::occluded(const Vec3f& o, const Vec3f& d, float reach) const {
   Vec3 normal;
   for (std::size_t i = 0; i < objects_.size(); ++i) {
+    if (surfaces_[objects_[i].surface].kind == SurfaceKind::none) continue;
     const Mat3& rotation = pose_[i].rotation;
     const Vec3 local_o = rotation.transpose() * (o.cast<double>() - pose_[i].translation);
     const double limit = reach;

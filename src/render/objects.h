@@ -5,16 +5,18 @@
 #include <memory>
 #include <vector>
 
+#include "src/render/scattering.h"
 #include "src/render/setup.h"
+#include "src/render/surface_area.h"
 #include "src/render/triangles.h"
 
 namespace firn {
 
 struct ObjectHit {
-  int object = -1;  // none
-  float t = 0;      // m
-  Vec3f normal;     // unit, outward
-  Vec3f albedo;     // of the surface there
+  int object = -1;               // none
+  float t = 0;                   // m
+  Vec3f normal = Vec3f::Zero();  // unit, outward
+  Vec3f albedo = Vec3f::Zero();  // of the surface there
 };
 
 class ObjectSet {
@@ -26,10 +28,17 @@ class ObjectSet {
   void place(const Vec3& origin, double time = 0);
 
   bool empty() const { return objects_.empty(); }
+  int count() const { return static_cast<int>(objects_.size()); }
   const Surface& surface(int object) const { return surfaces_[objects_[object].surface]; }
+  const Shape& shape(int object) const { return objects_[object].shape; }  // as it was placed in the world
+  const Pose& pose(int object) const { return pose_[object]; }             // render space, now
+  std::shared_ptr<const SurfaceArea> area(int object) const;
+
+  SurfacePoint point(const ObjectHit& hit) const;
 
   // The nearest object that the ray meets before `reach`.
   ObjectHit closest(const Vec3f& o, const Vec3f& d, float reach) const;
+  // Surfaces that let light straight on hide nothing.
   bool occluded(const Vec3f& o, const Vec3f& d, float reach) const;
 
  private:

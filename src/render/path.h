@@ -1,83 +1,151 @@
 // SPDX-License-Identifier: MIT
-// Paths of light through one tile, all at once: camera rays -> hits -> shadow rays and bounce rays -> ... ->
-// pixels. Unidirectional path tracing with next-event estimation. The rays of one bounce form one stream, so
-// that the kernels always see many rays, and each path adds to its own pixel in a fixed order.
+// Bidirectional path tracing through surfaces and media, a tile of pixels and some samples at a time. Light
+// subpaths leave the lights and eye subpaths the camera; every vertex of an eye subpath is connected to a
+// point of a light and to every vertex of its path's light subpath, whose vertices are connected to the
+// camera as well. Every way of finding a path is weighted (mis.h). One sample of each kind of ray is drawn
+// per vertex. All rays of one kind and step form a stream, so that the kernels always see many, and each path
+// adds to its own pixel in a fixed order. The integrators `path` and `light` are the same code with fewer
+// ways.
 #pragma once
 #include <cstdint>
 #include <vector>
 
-#include "kernels/trace/table.h"
 #include "src/render/camera.h"
 #include "src/render/film.h"
-#include "src/render/lights.h"
-#include "src/render/objects.h"
+#include "src/render/flights.h"
+#include "src/render/ice.h"
+#include "src/render/mis.h"
 #include "src/render/ray_stream.h"
-#include "src/render/render_grid.h"
-#include "src/render/snow_field.h"
+#include "src/render/sampler.h"
+#include "src/render/scattering.h"
+#include "src/render/tile.h"
 
 namespace firn {
 
-// All that a path can meet; lives as long as the frame.
+// All that the paths of a frame read.
 struct View {
-  const kernels::TraceKernels& kernels;
+  const World& world;
   const CameraRays& camera;
-  const ObjectSet& objects;
-  const LightSet& lights;
   const RenderGrid& grid;
-  const SnowField& snow;
+  const SnowField& field;
   const Snapshot& snapshot;
   const RenderSetup& setup;
+  const IceTint& tint;
 };
 
-struct Tile {
-  int x0, y0, x1, y1;  // pixels, half open
+// Which ways of finding a path there are, besides coming upon a light.
+struct Ways {
+  int light_vertices = 1;  // at most, of a light subpath, the one on the light included; 1: no light subpaths
+  int eye_vertices = 2;    // at most, of an eye subpath, the camera included
+  bool to_light = true;    // eye vertices are connected to lights and light subpaths
+  bool to_camera = false;  // light vertices are connected to the camera
 };
+Ways ways_of(const ImageSettings& image);
 
 class TilePaths {
  public:
-  explicit TilePaths(const View& view) : view_(view) {}
+  explicit TilePaths(const View& view);
 
-  // Fills the tile's pixels with the mean of their samples; returns the number of rays traced.
-  std::uint64_t trace(const Tile& tile, Film& film);
+  // Adds samples [first, last) of the tile's pixels that are in `wanted`; returns the number of rays traced.
+  // Memory grows with the number of samples.
+  std::uint64_t trace(const Tile& tile, std::uint32_t first, std::uint32_t last, const PixelSet& wanted,
+                      Film& film);
 
  private:
-  struct Path {
-    Vec3f beta;   // throughput
-    Vec3f light;  // radiance so far
-    int pixel_x, pixel_y;
-    std::uint32_t sample;
-    bool sees_lamps;  // its last vertex could not sample them: the camera or a mirror
-    bool sees_sun;    // all its vertices are mirrors; a sun in a mirror behind a diffuse surface is left out:
-                      // noise
-  };
-  // Where a path arrived.
+  // Where a subpath scatters.
   struct Vertex {
-    Vec3f start;   // m, where rays leave from: just off the surface
-    Vec3f normal;  // unit, on the side the path came from
-    Vec3f albedo;
-    SurfaceKind kind;
+    Vec3f p = Vec3f::Zero();  // m
+    Vec3f back;               // unit, towards the vertex before
+    Vec3f beta;               // throughput by density, up to here
+    float ice = 0;            // m of ice that the subpath has crossed
+    bool on_surface = false, specular = false;
+    SurfacePoint surface;
+    float off = 0;  // m, that rays leave above the surface
+    float g = 0;    // in a medium
+    int place = 1;  // how many vertices its subpath has with it
+    Trail trail;
+
+    Vec3f scattered(const Vec3f& to) const;                   // BSDF or phase function, 1/sr
+    float density(const Vec3f& from, const Vec3f& to) const;  // of going there, coming from there; 1/sr
+    float cosine(const Vec3f& direction) const;               // 1 in a medium
+    Vec3f start(const Vec3f& direction) const;                // of a ray that leaves it
+  };
+  // On its way from one vertex to the next.
+  struct Subpath {
+    std::uint32_t path = 0;
+    Vec3f beta = Vec3f::Ones();
+    float ice = 0;
+    float density = 1;     // of its direction, per solid angle
+    float cosine = 1;      // at the vertex that it left
+    float meets = 0;       // how its present edge counts where subpaths meet
+    bool distant = false;  // it comes from a light at infinity
+    int vertices = 1;      // so far
+    float brightness = 1;  // of its start: roulette is about what is left of it
+    Trail trail;
+  };
+  struct Path {
+    PathRandom random;
+    FilmSample seen;
+    int x = 0, y = 0;
+    std::uint32_t first_light = 0, end_light = 0;  // its vertices in light_vertices_
+    std::uint32_t links = 0;                       // connecting rays so far
+    bool inside = false;                           // what it met first scatters inside
+  };
+  // What a connecting ray brings if it comes through.
+  struct Brings {
+    std::uint32_t path;
+    Vec3f light;
+    float ice;
+    float x, y;  // pixels: of light that goes to the camera
   };
 
-  void start_paths(const Tile& tile, std::uint32_t first_sample, std::uint32_t last_sample);
-  void meet(std::uint32_t depth);
-  void shade(std::uint32_t depth);
-  bool arrive(std::size_t ray, std::uint32_t depth, Path& path, Vertex& vertex) const;
-  Vertex snow_vertex(std::size_t ray, const Path& path, std::uint32_t depth) const;
-  Vertex object_vertex(std::size_t ray) const;
-  void sample_light(std::uint32_t path, const Vertex& vertex, std::uint32_t depth);
-  void bounce(std::uint32_t path, const Vertex& vertex, std::uint32_t depth);
-  void trace_shadows();
-  void add_to(const Tile& tile, std::vector<Vec3f>& sums) const;
-  Sample2 draw(const Path& path, std::uint32_t pair) const;
+  void start_paths(const Tile& tile, std::uint32_t first, std::uint32_t last, const PixelSet& wanted);
+
+  void walk_lights(Film& film);
+  bool start_light(Subpath& subpath, Vec3f& origin, Vec3f& direction, LightHit& light) const;
+  float first_meets(const Subpath& subpath, std::size_t ray) const;
+  void sort_light_vertices(const std::vector<std::uint32_t>& path_of);
+  void show(const Subpath& subpath, const Vertex& vertex);
+  int ways_to_eye(int light, int eye) const;
+
+  void walk_eyes();
+  void visit(std::size_t ray);
+  void find_light(std::size_t ray);
+  void sample_light(const Subpath& subpath, const Vertex& vertex);
+  void connect(const Subpath& subpath, const Vertex& eye);
+
+  void go_on(const Subpath& subpath, const Vec3f& from, const Vec3f& direction, std::uint32_t stream);
+  bool fly();
+  Vertex arrive(Subpath& subpath, std::size_t ray) const;
+  bool leave(Subpath& subpath, const Vertex& vertex, Carries carries, std::uint32_t stream,
+             Vec3f& direction) const;
+  const SnowLook& look_at(const Vec3f& p) const;
+
+  void link(const Vec3f& from, const Vec3f& direction, float distance, const Brings& brings);
+  void clear_links();
+  void pass();
+
+  void add(const Brings& brings, const Vec3f& through);
+  void note_first(std::size_t ray, const Vertex& vertex);
+  void note_snow();
 
   const View& view_;
+  Ways ways_;
+  bool alike_ = true;  // all snow scatters alike
   std::uint64_t rays_traced_ = 0;
   std::vector<Path> paths_;
-  RayStream rays_, next_rays_, shadows_;
-  std::vector<std::uint32_t> path_of_, next_path_of_, path_of_shadow_;
-  std::vector<ObjectHit> meetings_;
-  std::vector<Vec3f> lamp_;          // radiance of a lamp that a ray met; negative: none
-  std::vector<Vec3f> shadow_light_;  // what an unblocked shadow ray brings
+  // The subpaths on their way, a ray each, and those of the next step.
+  std::vector<Subpath> subpaths_, next_subpaths_;
+  RayStream rays_, next_rays_;
+  std::vector<std::uint64_t> keys_, next_keys_;
+  std::vector<Arrival> arrivals_;
+  // Connecting rays.
+  RayStream link_rays_;
+  std::vector<std::uint64_t> link_keys_;
+  std::vector<Brings> brings_;
+  std::vector<Vec3f> through_;
+  std::vector<Vertex> light_vertices_;
+  std::vector<LightHit> lights_left_;  // per path: where its light subpath began
 };
 
 }  // namespace firn

@@ -231,17 +231,23 @@ void RenderGrid::open_lists() {
   view_.units_used = units_used_.data();
 }
 
-// Only cells that a ball reaches keep the right to a list.
 void RenderGrid::set_radii(const std::vector<float>& radii) {
   const std::uint32_t inside = brick_start_[brick_start_.size() - 2];
   radius_.resize(order_.size(), view_.max_radius);
   std::copy(radii.begin(), radii.begin() + inside, radius_.begin());
   view_.radius = radius_.data();
+  empty_unreached_lists();
+}
+
+// Only cells that a ball reaches keep the right to a list.
+void RenderGrid::empty_unreached_lists() {
+  const std::uint32_t inside = brick_start_[brick_start_.size() - 2];
   std::fill(list_.begin(), list_.end(), 0u);
   parallel_chunks(inside, kChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s) {
-      if (!(radius_[s] > 0)) continue;
-      const float reach = radius_[s] + 2 * kCellMargin * view_.cell;
+      const float its = radius(static_cast<std::uint32_t>(s));
+      if (!(its > 0)) continue;
+      const float reach = its + 2 * kCellMargin * view_.cell;
       int low[3], high[3];
       for (int a = 0; a < 3; ++a) {
         low[a] = static_cast<int>(std::max(x_[a][s] - reach, 0.f) * view_.inv_cell);

@@ -52,6 +52,8 @@ class RenderGrid {
   // Gives each ball (by sorted index) another radius, no larger than it was; at -1 it is none. For after
   // build().
   void set_radii(const std::vector<float>& radii);
+  // Empties the lists of the cells that no ball reaches; set_radii() does too. For after build().
+  void empty_unreached_lists();
 
   const kernels::TraceGrid& view() const { return view_; }
   std::size_t size() const { return order_.size(); }

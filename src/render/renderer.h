@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Renders one snapshot into one film: render grid -> tiles -> packets -> paths -> film.
+// Renders one snapshot into one picture: render grid -> tiles -> packets -> paths -> film -> picture.
 #pragma once
 #include <atomic>
 #include <cstddef>
@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "src/particles/snapshot.h"
-#include "src/render/film.h"
+#include "src/render/picture.h"
 #include "src/render/setup.h"
 
 namespace firn::kernels {
@@ -19,7 +19,8 @@ namespace firn {
 struct RenderStats {
   double build_seconds = 0;  // render grid
   double trace_seconds = 0;
-  std::uint64_t rays = 0;  // primary + shadow + bounce
+  double mean_samples = 0;  // a pixel
+  std::uint64_t rays = 0;   // primary + shadow + bounce
   std::size_t grid_bytes = 0;
 };
 
@@ -30,10 +31,10 @@ class Renderer {
   ~Renderer();
   Renderer(Renderer&&) noexcept;
 
-  // `film` is resized. Returns false if `stop` became true first (the film is then incomplete). The same
+  // Returns false if `stop` became true first (the picture is then incomplete). The same
   // snapshot, setup and frame number give the same bits for any thread count. An unstable Error if a position
   // is not finite.
-  bool render(const Snapshot& snapshot, Film& film, RenderStats& stats, const std::atomic<bool>& stop);
+  bool render(const Snapshot& snapshot, Picture& picture, RenderStats& stats, const std::atomic<bool>& stop);
 
  private:
   struct State;

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "src/core/rng.h"
+#include "src/render/setup.h"
 
 namespace firn {
 
@@ -57,9 +58,40 @@ class Sampler {
     const std::uint32_t v = owen_scramble(sobol_second(index), static_cast<std::uint32_t>(digits >> 32));
     return {static_cast<float>(u >> 8) * 0x1p-24f, static_cast<float>(v >> 8) * 0x1p-24f};
   }
+  // Without any order between samples: for the thousandth collision of a path none is left to be had.
+  Sample2 independent_pair(std::uint32_t sample, std::uint32_t dimension_pair) const {
+    const std::uint64_t bits = key(sample, dimension_pair);
+    return {static_cast<float>(bits >> 40) * 0x1p-24f, static_cast<float>(bits >> 8 & 0xffffff) * 0x1p-24f};
+  }
+  std::uint64_t key(std::uint32_t sample, std::uint32_t number) const {
+    return mix64(key_ ^ mix64(static_cast<std::uint64_t>(number) << 32 | sample));
+  }
 
  private:
   std::uint64_t key_;
+};
+
+// The random numbers of one path.
+class PathRandom {
+ public:
+  PathRandom() : PathRandom(Sampler(0, 0, 0), 0, SamplerKind::sobol) {}
+  PathRandom(const Sampler& sampler, std::uint32_t sample, SamplerKind kind)
+      : sampler_(sampler), sample_(sample), ordered_(kind == SamplerKind::sobol ? kOrderedPairs : 0) {}
+
+  Sample2 pair(std::uint32_t number) const {
+    const bool ordered = (number & kWithinSubpath) < ordered_;
+    return ordered ? sampler_.pair(sample_, number) : sampler_.independent_pair(sample_, number);
+  }
+  // For whoever makes more random numbers out of it.
+  std::uint64_t key(std::uint32_t number) const { return sampler_.key(sample_, ~number); }
+
+ private:
+  static constexpr std::uint32_t kOrderedPairs = 40;               // of each subpath
+  static constexpr std::uint32_t kWithinSubpath = (1u << 30) - 1;  // the other bits tell which
+
+  Sampler sampler_;
+  std::uint32_t sample_;
+  std::uint32_t ordered_;
 };
 
 }  // namespace firn

@@ -12,89 +12,56 @@ double first_within(double near, double far, double limit) {
   return far > 0 && far < limit ? far : limit;
 }
 
+// Cuts `span` to the part of the ray between two planes at -half and half of an axis.
+Span between(double half, double o, double d) {
+  if (d == 0) return std::fabs(o) > half ? Span{} : Span{-INFINITY, INFINITY};
+  return {(-std::copysign(half, d) - o) / d, (std::copysign(half, d) - o) / d};
+}
+Span both(const Span& a, const Span& b) { return {std::fmax(a.in, b.in), std::fmin(a.out, b.out)}; }
+
+// Inside the endless tube around the y axis.
+Span tube(double radius, const Vec3& o, const Vec3& d) {
+  const double a = d.x() * d.x() + d.z() * d.z();
+  if (!(a > 0)) {
+    const bool inside = o.x() * o.x() + o.z() * o.z() <= radius * radius;
+    return inside ? Span{-INFINITY, INFINITY} : Span{};
+  }
+  const double along = -(o.x() * d.x() + o.z() * d.z()) / a;
+  const double qx = o.x() + along * d.x(), qz = o.z() + along * d.z();
+  const double depth2 = (radius * radius - qx * qx - qz * qz) / a;
+  if (depth2 < 0) return {};
+  return {along - std::sqrt(depth2), along + std::sqrt(depth2)};
+}
+
 }  // namespace
 
-double intersect(const Ball& ball, const Vec3& o, const Vec3& d, double limit, Vec3& normal) {
+Span inside(const Ball& ball, const Vec3& o, const Vec3& d) {
   const double along = -o.dot(d);
   const double depth2 = ball.radius * ball.radius - (o + along * d).squaredNorm();
-  if (depth2 < 0) return limit;
-  const double half = std::sqrt(depth2);
-  const double t = first_within(along - half, along + half, limit);
-  if (t < limit) normal = (o + t * d) / ball.radius;
-  return t;
+  if (depth2 < 0) return {};
+  return {along - std::sqrt(depth2), along + std::sqrt(depth2)};
 }
 
-double intersect(const Box& box, const Vec3& o, const Vec3& d, double limit, Vec3& normal) {
-  double t_in = -INFINITY, t_out = INFINITY;
-  int axis_in = 0, axis_out = 0;
-  for (int a = 0; a < 3; ++a) {
-    if (d[a] == 0) {
-      if (std::fabs(o[a]) > box.half_size[a]) return limit;
-      continue;
-    }
-    const double t0 = (-std::copysign(box.half_size[a], d[a]) - o[a]) / d[a];
-    const double t1 = (std::copysign(box.half_size[a], d[a]) - o[a]) / d[a];
-    if (t0 > t_in) t_in = t0, axis_in = a;
-    if (t1 < t_out) t_out = t1, axis_out = a;
-  }
-  if (t_in > t_out) return limit;
-  const double t = first_within(t_in, t_out, limit);
-  if (t < limit) {
-    const bool entering = t == t_in;
-    const int axis = entering ? axis_in : axis_out;
-    normal = Vec3::Zero();
-    normal[axis] = (d[axis] > 0) == entering ? -1 : 1;
-  }
-  return t;
+Span inside(const Box& box, const Vec3& o, const Vec3& d) {
+  Span span{-INFINITY, INFINITY};
+  for (int a = 0; a < 3; ++a) span = both(span, between(box.half_size[a], o[a], d[a]));
+  return span;
 }
 
-// The interval inside the endless tube, cut by the interval between the caps.
-double intersect(const Cylinder& cylinder, const Vec3& o, const Vec3& d, double limit, Vec3& normal) {
-  double t_in = -INFINITY, t_out = INFINITY;
-  const double a = d.x() * d.x() + d.z() * d.z();
-  const double c = o.x() * o.x() + o.z() * o.z() - cylinder.radius * cylinder.radius;
-  if (a > 0) {
-    const double b = o.x() * d.x() + o.z() * d.z(), along = -b / a;
-    const double qx = o.x() + along * d.x(), qz = o.z() + along * d.z();
-    const double depth2 = (cylinder.radius * cylinder.radius - qx * qx - qz * qz) / a;
-    if (depth2 < 0) return limit;
-    t_in = along - std::sqrt(depth2), t_out = along + std::sqrt(depth2);
-  } else if (c > 0) {
-    return limit;
-  }
-  bool cap_in = false, cap_out = false;
-  if (d.y() != 0) {
-    const double t0 = (-std::copysign(cylinder.half_height, d.y()) - o.y()) / d.y();
-    const double t1 = (std::copysign(cylinder.half_height, d.y()) - o.y()) / d.y();
-    if (t0 > t_in) t_in = t0, cap_in = true;
-    if (t1 < t_out) t_out = t1, cap_out = true;
-  } else if (std::fabs(o.y()) > cylinder.half_height) {
-    return limit;
-  }
-  if (t_in > t_out) return limit;
-  const double t = first_within(t_in, t_out, limit);
-  if (t < limit) {
-    const bool entering = t == t_in;
-    const Vec3 p = o + t * d;
-    if (entering ? cap_in : cap_out) {
-      normal = Vec3(0, (d.y() > 0) == entering ? -1 : 1, 0);
-    } else {
-      normal = Vec3(p.x(), 0, p.z()).normalized();
-    }
-  }
-  return t;
+Span inside(const Cylinder& cylinder, const Vec3& o, const Vec3& d) {
+  return both(tube(cylinder.radius, o, d), between(cylinder.half_height, o.y(), d.y()));
 }
 
 // Convex: of its tube and its two balls, what lies on its surface is the first way in and the last way out.
-double intersect(const Capsule& capsule, const Vec3& o, const Vec3& d, double limit, Vec3& normal) {
-  double t_in = INFINITY, t_out = -INFINITY;
+Span inside(const Capsule& capsule, const Vec3& o, const Vec3& d) {
+  Span span{INFINITY, -INFINITY};
   const auto cut = [&](double a, double b, double c, double offset) {  // a t^2 + 2 b t + c = 0
     const double root2 = b * b - a * c;
     if (!(a > 0) || root2 < 0) return;
     for (const double side : {-1.0, 1.0}) {
       const double t = (-b + side * std::sqrt(root2)) / a, y = o.y() + t * d.y();
       const bool part = offset == 0 ? std::fabs(y) <= capsule.half_length : y / offset >= 1;
-      if (part) t_in = std::fmin(t_in, t), t_out = std::fmax(t_out, t);
+      if (part) span = {std::fmin(span.in, t), std::fmax(span.out, t)};
     }
   };
   const double r2 = capsule.radius * capsule.radius;
@@ -104,8 +71,56 @@ double intersect(const Capsule& capsule, const Vec3& o, const Vec3& d, double li
     const Vec3 from = o - Vec3(0, end, 0);
     cut(d.squaredNorm(), from.dot(d), from.squaredNorm() - r2, end);
   }
-  if (!(t_in <= t_out)) return limit;
-  const double t = first_within(t_in, t_out, limit);
+  return span;
+}
+
+Span inside(const HalfSpace&, const Vec3& o, const Vec3& d) {
+  const double t = -o.y() / d.y();
+  if (d.y() == 0) return o.y() > 0 ? Span{} : Span{-INFINITY, INFINITY};
+  return d.y() > 0 ? Span{-INFINITY, t} : Span{t, INFINITY};
+}
+
+double intersect(const Ball& ball, const Vec3& o, const Vec3& d, double limit, Vec3& normal) {
+  const Span span = inside(ball, o, d);
+  if (span.empty()) return limit;
+  const double t = first_within(span.in, span.out, limit);
+  if (t < limit) normal = (o + t * d) / ball.radius;
+  return t;
+}
+
+double intersect(const Box& box, const Vec3& o, const Vec3& d, double limit, Vec3& normal) {
+  const Span span = inside(box, o, d);
+  if (span.empty()) return limit;
+  const double t = first_within(span.in, span.out, limit);
+  if (!(t < limit)) return limit;
+  const bool entering = t == span.in;
+  normal = Vec3::Zero();
+  for (int a = 0; a < 3; ++a) {
+    const Span slab = between(box.half_size[a], o[a], d[a]);
+    if (d[a] == 0 || t != (entering ? slab.in : slab.out)) continue;
+    normal[a] = (d[a] > 0) == entering ? -1 : 1;
+    break;
+  }
+  return t;
+}
+
+double intersect(const Cylinder& cylinder, const Vec3& o, const Vec3& d, double limit, Vec3& normal) {
+  const Span span = inside(cylinder, o, d);
+  if (span.empty()) return limit;
+  const double t = first_within(span.in, span.out, limit);
+  if (!(t < limit)) return limit;
+  const bool entering = t == span.in;
+  const Span round = tube(cylinder.radius, o, d);
+  const Vec3 p = o + t * d;
+  normal = t == (entering ? round.in : round.out) ? Vec3(Vec3(p.x(), 0, p.z()).normalized())
+                                                  : Vec3(0, (d.y() > 0) == entering ? -1 : 1, 0);
+  return t;
+}
+
+double intersect(const Capsule& capsule, const Vec3& o, const Vec3& d, double limit, Vec3& normal) {
+  const Span span = inside(capsule, o, d);
+  if (span.empty()) return limit;
+  const double t = first_within(span.in, span.out, limit);
   if (t < limit) {
     const Vec3 p = o + t * d;
     normal =

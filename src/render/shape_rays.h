@@ -6,6 +6,17 @@
 
 namespace firn {
 
+// The part of a ray (the whole line: distances may be negative) that lies inside a shape.
+struct Span {
+  double in = 1, out = 0;  // m
+  bool empty() const { return !(in <= out); }
+};
+Span inside(const Ball& ball, const Vec3& o, const Vec3& d);
+Span inside(const Box& box, const Vec3& o, const Vec3& d);
+Span inside(const Cylinder& cylinder, const Vec3& o, const Vec3& d);
+Span inside(const Capsule& capsule, const Vec3& o, const Vec3& d);
+Span inside(const HalfSpace& plane, const Vec3& o, const Vec3& d);
+
 double intersect(const Ball& ball, const Vec3& o, const Vec3& d, double limit, Vec3& normal);
 double intersect(const Box& box, const Vec3& o, const Vec3& d, double limit, Vec3& normal);
 double intersect(const Cylinder& cylinder, const Vec3& o, const Vec3& d, double limit, Vec3& normal);

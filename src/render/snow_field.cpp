@@ -29,7 +29,6 @@ constexpr int kCompanyRounds = 3;
 // the ball shrinks as the others fill more of it, up to kCovered, where the surface takes over.
 constexpr float kLooseRadius = 0.62f, kLone = 0.11f, kCovered = 0.2f, kCoveredRadius = 0.1f;
 
-int corner_index(int x, int y, int z) { return (x * kCornerSide + y) * kCornerSide + z; }
 int tile_index(int x, int y, int z) {  // from -1
   return ((x + 1) * kFieldTileSide + y + 1) * kFieldTileRow + z + 1;
 }
@@ -167,9 +166,11 @@ void SnowField::find_kinds() {
   kind_.assign(slots * 8, 0);
   parallel_for(slots, 32, [&](std::size_t slot) {
     for (int c = 0; c < kCellsPerBrick; ++c) {
-      const float* corner = &fill_[slot * kBrickCorners + corner_index(c >> 4, c >> 2 & 3, c & 3)];
       int in = 0;
-      for (int k = 0; k < 8; ++k) in += corner[corner_index(k >> 2, k >> 1 & 1, k & 1)] >= kLevel;
+      const float* corner =
+          fill_.empty() ? nullptr : &fill_[slot * kBrickCorners + corner_index(c >> 4, c >> 2 & 3, c & 3)];
+      for (int k = 0; k < 8 && corner != nullptr; ++k)
+        in += corner[corner_index(k >> 2, k >> 1 & 1, k & 1)] >= kLevel;
       std::uint32_t kind = in == 0 ? kernels::kOutside : in == 8 ? kernels::kInside : kernels::kCrossed;
       if (grid_->view().list[slot * kCellsPerBrick + static_cast<std::size_t>(c)] != 0)
         kind |= kernels::kHasLoose;
@@ -240,38 +241,68 @@ void SnowField::close_bricks() {
   view_.slot = slot_.data();
 }
 
-void SnowField::build(RenderGrid& grid, const Snapshot& snapshot, const std::vector<SnowLook>& looks) {
+void SnowField::build(RenderGrid& grid, const Snapshot& snapshot, const std::vector<SnowLook>& looks,
+                      SnowShape shape) {
   grid_ = &grid;
   const std::size_t count = grid.size();
   const double per_cell = std::pow(static_cast<double>(grid.view().inv_cell), 3);
   std::vector<float> volume(count), mass(count);
-  bool alike = true;  // all of one density as placed: the fill is the density then, but for a factor
+  // All of one density as placed: the fill is the density then, but for a factor.
+  bool alike = true, alike_in_light = true;
   const SnowLook first = looks.empty() ? SnowLook{} : looks.front();
-  for (const SnowLook& look : looks) alike = alike && look.density == first.density;
-  parallel_chunks(count, 8192, [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t s = begin; s < end; ++s) {
-      const std::uint32_t i = grid.snapshot_index(static_cast<std::uint32_t>(s));
-      volume[s] = static_cast<float>(snapshot.volume0[i] * per_cell);
-      const std::size_t object = snapshot.object[i];
-      const double placed = looks.empty() ? first.density : looks[std::min(object, looks.size() - 1)].density;
-      mass[s] = static_cast<float>(volume[s] * placed);
-    }
+  for (const SnowLook& look : looks) {
+    alike = alike && look.density == first.density;
+    alike_in_light = alike_in_light && look.extinction == first.extinction;
+  }
+  const auto each = [&](auto&& body) {
+    parallel_chunks(count, 8192, [&](std::size_t, std::size_t begin, std::size_t end) {
+      for (std::size_t s = begin; s < end; ++s) {
+        const std::uint32_t i = grid.snapshot_index(static_cast<std::uint32_t>(s));
+        const std::size_t object = snapshot.object[i];
+        body(s, i, looks.empty() ? first : looks[std::min(object, looks.size() - 1)]);
+      }
+    });
+  };
+  each([&](std::size_t s, std::uint32_t i, const SnowLook& look) {
+    volume[s] = static_cast<float>(snapshot.volume0[i] * per_cell);
+    mass[s] = static_cast<float>(volume[s] * look.density);
   });
   splat(mass, density_);
-  fill_.resize(density_.size());
-  if (alike) {
-    const float by_mass = static_cast<float>(1 / first.density);
-    parallel_chunks(fill_.size(), 1 << 16, [&](std::size_t, std::size_t begin, std::size_t end) {
-      for (std::size_t c = begin; c < end; ++c) fill_[c] = density_[c] * by_mass;
+  sigma_.clear();
+  extinction_ = alike_in_light ? static_cast<float>(first.extinction) : 1.f;
+  if (!alike_in_light) {
+    each([&](std::size_t s, std::uint32_t, const SnowLook& look) {
+      mass[s] *= static_cast<float>(look.extinction);
     });
-  } else {
-    splat(volume, fill_);
+    splat(mass, sigma_);
   }
-  grid.set_radii(loose_radii(snapshot));
-  add_company(volume);
+  fill_.clear();
+  ball_density_ = -1;
+  if (shape == SnowShape::smooth) {
+    fill_.resize(density_.size());
+    if (alike) {
+      const float by_mass = static_cast<float>(1 / first.density);
+      parallel_chunks(fill_.size(), 1 << 16, [&](std::size_t, std::size_t begin, std::size_t end) {
+        for (std::size_t c = begin; c < end; ++c) fill_[c] = density_[c] * by_mass;
+      });
+    } else {
+      splat(volume, fill_);
+    }
+    const std::vector<float> radii = loose_radii(snapshot);
+    grid.set_radii(radii);
+    add_company(volume);
+    double loose = 0, room = 0;
+    for (std::size_t s = 0; s < count; ++s) {
+      if (radii[s] > 0) loose += mass[s], room += volume[s];
+    }
+    ball_density_ = room > 0 ? static_cast<float>(loose / room) : 0.f;
+  } else {
+    grid.empty_unreached_lists();
+  }
   find_kinds();
   close_bricks();
   measure_gradients();
+  measure_strays(snapshot, looks);
   surface_ = {fill_.data(), kind_.data(), kLevel};
 }
 
@@ -310,16 +341,6 @@ float SnowField::density(const Vec3f& p) const {
 float SnowField::fill(const Vec3f& p) const {
   Place place;
   return find(p, place) ? interpolate(fill_, place) : 0.f;
-}
-
-float SnowField::majorant(std::size_t cell) const {
-  const std::size_t slot = cell / kCellsPerBrick, c = cell % kCellsPerBrick;
-  const float* corner =
-      &density_[slot * kBrickCorners + corner_index(static_cast<int>(c >> 4), static_cast<int>(c >> 2 & 3),
-                                                    static_cast<int>(c & 3))];
-  float most = corner[0];
-  for (int k = 1; k < 8; ++k) most = std::max(most, corner[corner_index(k >> 2, k >> 1 & 1, k & 1)]);
-  return most;
 }
 
 Vec3f SnowField::normal(const Vec3f& p, const Vec3f& otherwise) const {
@@ -391,7 +412,7 @@ double SnowField::clipped_mass() const {
 std::size_t SnowField::bytes() const {
   const auto of = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
   return of(fill_) + of(density_) + of(kind_) + of(gradient_at_) + of(gradient_) + of(tile_) + of(tile_at_) +
-         of(slot_);
+         of(slot_) + of(sigma_) + of(stray_extinction_) + of(majorant_) + of(deep_);
 }
 
 }  // namespace firn

@@ -4,26 +4,44 @@
 // the volume that particles were placed with, 1 in evenly packed snow; where it is half that, the smooth
 // surface lies. Particles with little company count for a little more in the fill, so that snow which
 // stretches stays closed until it tears; those that are all but alone are loose: balls of their own
-// volume beside it. Both fields are trilinear between corners.
+// volume beside it. Both fields are trilinear between corners. As a medium the snow has the density where the
+// surface, or in `spheres` the particles' balls, enclose it.
 #pragma once
 #include <cstdint>
 #include <vector>
 
 #include "src/render/render_grid.h"
+#include "src/render/setup.h"
 
 namespace firn {
+
+// In the corners of a brick.
+inline int corner_index(int x, int y, int z) {
+  return (x * kernels::kCornerSide + y) * kernels::kCornerSide + z;
+}
+
+struct SnowOptics {
+  float g = 0.89f;         // mean cosine of a scattering
+  bool reference = false;  // no deep cells
+};
 
 class SnowField {
  public:
   explicit SnowField(const kernels::TraceKernels& kernels) : kernels_(kernels) {}
 
-  // `grid` must be built with room for fields and outlive this; its balls become those of loose particles.
-  // The same bits for any thread count.
-  void build(RenderGrid& grid, const Snapshot& snapshot, const std::vector<SnowLook>& looks);
+  // `grid` must be built with room for fields and outlive this. smooth: its balls become those of loose
+  // particles. The same bits for any thread count.
+  void build(RenderGrid& grid, const Snapshot& snapshot, const std::vector<SnowLook>& looks,
+             SnowShape shape = SnowShape::smooth);
 
-  const kernels::SurfaceField& surface() const { return surface_; }
-  // The grid as rays see it that look for the surface: bricks without any of it are empty.
+  const kernels::SurfaceField& surface() const { return surface_; }  // of `smooth` alone
+  // The grid as rays see it that look for the surface or the medium: bricks without any of it are empty.
   const kernels::TraceGrid& view() const { return view_; }
+
+  // Finds the majorants and the deep cells; once a frame, for `collide`. A cell is deep if for some n up to 8
+  // it and all cells within n of it (Chebyshev) are snow of at least 5 / n mean free paths each: light there
+  // has met enough that a scattering (g, sigma) is as good as an isotropic one of sigma (1 - g) (similarity).
+  kernels::MediumField medium(const SnowOptics& optics);
 
   // Unit normal, outward, at a point (render space) of the surface, from the fill's gradient; `otherwise`
   // where there is none.
@@ -59,6 +77,9 @@ class SnowField {
   void close_bricks();
   void measure_gradients();
   std::size_t around(std::size_t slot, int k) const;
+  void measure_strays(const Snapshot& snapshot, const std::vector<SnowLook>& looks);
+  bool find_deep(const std::vector<float>& density);
+  void find_majorants(const kernels::MediumField& field);
 
   const kernels::TraceKernels& kernels_;
   const RenderGrid* grid_ = nullptr;
@@ -71,6 +92,13 @@ class SnowField {
   std::vector<float> gradient_;             // 1/m, per brick that the surface crosses 3 x kBrickCorners
   std::vector<float> tile_;                 // per brick that holds particles kFieldTile
   std::vector<std::uint32_t> tile_at_;      // per occupied brick: its place in tile_, or kNone
+  // The medium. Where objects differ in their extinction, that itself is a field.
+  std::vector<float> sigma_;             // 1/m, as density_; or none
+  float extinction_ = 0;                 // m^2/kg, of the density; 1 for sigma_
+  float ball_density_ = 0;               // as in MediumField, of sigma_ or density_
+  std::vector<float> stray_extinction_;  // 1/m, as in MediumField
+  std::vector<float> majorant_;          // 1/m, per cell
+  std::vector<std::uint64_t> deep_;      // per occupied brick, one bit a cell
 };
 
 }  // namespace firn

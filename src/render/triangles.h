@@ -18,6 +18,9 @@ class TriangleSet {
   // `normal` (unit, the side of counter-clockwise order) is set on a hit.
   double intersect(const Vec3& o, const Vec3& d, double limit, Vec3& normal) const;
 
+  const std::vector<Vec3>& vertices() const { return vertices_; }
+  const std::vector<Triangle>& triangles() const { return triangles_; }
+
  private:
   std::vector<Vec3> vertices_;
   std::vector<Triangle> triangles_;

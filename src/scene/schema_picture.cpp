@@ -16,6 +16,26 @@ TableSpec camera_table() {
   t.key("up", &Camera::up, {.meaning = "this direction is up in the picture"});
   t.key("fov", &Camera::fov,
         {.unit = "degrees", .range = {0, 180, true, true}, .meaning = "vertical field of view"});
+  t.key("aperture", &Camera::aperture,
+        {.unit = "m",
+         .range = at_least(0),
+         .meaning = "radius of the lens: what is not in focus is blurred by it; 0: all is sharp"});
+  t.key("focus", &Camera::focus,
+        {.unit = "m",
+         .range = above(0),
+         .absent = "the target's distance",
+         .meaning = "distance along the line of sight of the plane that is sharp"});
+  t.key("shutter", &Camera::shutter,
+        {.range = between(0, 1),
+         .meaning = "part of the time between two frames that the shutter is open, about the frame's time: "
+                    "what moves is blurred; 0: a moment"});
+  t.key(
+      "motion", &Camera::motion,
+      {.unit = "s, m",
+       .absent = "it stands still",
+       .meaning = "key frames, instead of position and target: at `time` of the simulation the camera is at "
+                  "`position` and looks at `target`; straight and even between keys, at rest before the "
+                  "first and after the last"});
   return t.take();
 }
 
@@ -27,10 +47,46 @@ TableSpec image_table() {
   t.key("height", &I::height, {.unit = "pixels", .range = between(1, 32768), .meaning = "of the picture"});
   t.key("samples", &I::samples,
         {.range = between(1, 1000000), .meaning = "paths a pixel: more is less noise"});
+  t.key(
+      "noise", &I::noise,
+      {.range = between(0, 1),
+       .meaning = "relative error at which a pixel is done before it has taken all samples (at least 16); 0: "
+                  "none is"});
+  t.key("filter", &I::filter,
+        {.choices = {"box", "tent", "gaussian", "blackman_harris"},  // in the order of enum FilterKind
+         .meaning = "how a pixel weighs the light about its centre"});
+  t.key("filter_width", &I::filter_width,
+        {.unit = "pixels",
+         .range = {0, 16, true, false},
+         .absent = "1 for box, 2 for tent, 3 for the others",
+         .meaning = "from end to end"});
+  t.key("motion_slices", &I::motion_slices,
+        {.range = between(1, 1000),
+         .meaning = "moments that the blur of an open shutter is put together from; the snow is gridded anew "
+                    "for each"});
   t.key("snow", &I::snow,
         {.choices = {"smooth", "spheres"},
          .meaning =
              "what of the snow is seen: a smooth surface around the particles, or each of them as a ball"});
+  t.key(
+      "integrator", &I::integrator,
+      {.choices = {"bidirectional", "path", "light"},
+       .meaning = "how light is found: from the camera and from the lights, from the camera alone, from the "
+                  "lights alone (which cannot see what is behind a mirror)"});
+  t.key(
+      "max_bounces", &I::max_bounces,
+      {.range = between(0, 1000000),
+       .meaning = "scatterings after the first, from the camera; 0 is direct light only. Light that fades is "
+                  "ended by chance, so snow needs no limit"});
+  t.key("light_bounces", &I::light_bounces,
+        {.range = between(1, 15),
+         .meaning = "scatterings of light on its way from a lamp, unless integrator = path"});
+  t.key("sampler", &I::sampler,
+        {.choices = {"sobol", "independent"},
+         .meaning = "random numbers: spread evenly over the samples of a pixel, or each for itself"});
+  t.key("reference", &I::reference,
+        {.meaning = "nothing but the equations: every collision in the snow is followed with its true phase "
+                    "function"});
   t.key("detail", &I::detail,
         {.range = between(1, 6),
          .meaning = "close-ups: each particle is drawn as detail^3 smaller ones that move and turn with it, "
@@ -41,8 +97,6 @@ TableSpec image_table() {
          .meaning = "measured absorption of ice: Picard et al. 2016, natural snow; Warren and Brandt 2008, "
                     "the cleanest, "
                     "7 times clearer in the blue"});
-  t.key("max_bounces", &I::max_bounces,
-        {.range = between(0, 1000), .meaning = "reflections after the first hit; 0 is direct light only"});
   return t.take();
 }
 
@@ -51,6 +105,28 @@ TableSpec object_table() {
   add_shape_keys(t, {"ball", "box", "cylinder", "capsule", "plane", "height_field", "mesh"});
   add_plane_keys(t);
   t.key("surface", &ObjectConfig::surface, {.absent = "plain grey", .meaning = "name of a [[surface]]"});
+  return t.take();
+}
+
+TableSpec medium_table() {
+  using M = MediumConfig;
+  auto t = repeated_table<&SceneConfig::media>(
+      "medium", "a homogeneous medium that light scatters in: fog, milk; where two overlap, they add");
+  add_shape_keys(t, {"ball", "box", "cylinder", "capsule", "plane"});
+  add_plane_keys(t);
+  t.key("thickness", &M::thickness,
+        {.unit = "m",
+         .range = above(0),
+         .with = {"shape", {"plane"}},
+         .absent = "without end",
+         .meaning = "of the slab below the plane"});
+  t.key("sigma_s", &M::sigma_s,
+        {.unit = "1/m", .range = at_least(0), .meaning = "scattering coefficient, linear RGB"});
+  t.key("sigma_a", &M::sigma_a,
+        {.unit = "1/m", .range = at_least(0), .meaning = "absorption coefficient, linear RGB"});
+  t.key("g", &M::g,
+        {.range = {-1, 1, true, true},
+         .meaning = "mean cosine of a scattering: 0 alike to all sides, towards 1 ahead"});
   return t.take();
 }
 
@@ -84,8 +160,13 @@ TableSpec light_table() {
   using L = LightConfig;
   auto t = repeated_table<&SceneConfig::lights>("light",
                                                 "a light; without any there are a low sun and a blue sky");
-  t.key("type", &L::type,
-        {.choices = {"quad", "sphere", "sun", "sky", "constant"}, .required = true, .meaning = "what it is"});
+  t.key(
+      "type", &L::type,
+      {.choices = {"quad", "sphere", "sun", "sky", "day_sky", "image", "constant"},
+       .required = true,
+       .meaning =
+           "what it is; sky: a gradient; day_sky: a clear sky by the sun's height (Preetham, Shirley, Smits "
+           "1999); image: a picture of all directions"});
   add_quad_keys(t);
   t.key("center", &L::center,
         {.unit = "m",
@@ -99,19 +180,19 @@ TableSpec light_table() {
          .required = true,
          .meaning = "of the sphere"});
   t.key("direction", &L::direction,
-        {.with = {"type", {"quad", "sun"}},
+        {.with = {"type", {"quad", "sun", "day_sky"}},
          .absent = "from the edges; from azimuth and elevation",
-         .meaning = "quad: the way it shines; sun: towards the sun; any length"});
+         .meaning = "quad: the way it shines; sun, day_sky: towards the sun; any length"});
   t.key("azimuth", &L::azimuth,
         {.unit = "degrees",
-         .with = {"type", {"sun"}},
-         .absent = "from direction",
+         .with = {"type", {"sun", "day_sky"}},
+         .absent = "from direction; day_sky: from the scene's sun",
          .meaning = "of the sun: from +Z, turning towards +X"});
   t.key("elevation", &L::elevation,
         {.unit = "degrees",
          .range = between(-90, 90),
-         .with = {"type", {"sun"}},
-         .absent = "from direction",
+         .with = {"type", {"sun", "day_sky"}},
+         .absent = "from direction; day_sky: from the scene's sun",
          .meaning = "of the sun above the horizon"});
   t.key("angular_radius", &L::angular_radius,
         {.unit = "degrees",
@@ -126,40 +207,78 @@ TableSpec light_table() {
   t.key("radiance", &L::radiance,
         {.unit = kRadiance,
          .range = at_least(0),
-         .with = {"type", {"quad", "sphere", "constant"}},
+         .with = {"type", {"quad", "sphere", "constant", "image"}},
          .required = true,
-         .meaning = "how bright it looks"});
+         .meaning = "how bright it looks; image: where a pixel is 1"});
   const Condition sky{"type", {"sky"}};
   t.key("zenith", &L::zenith, {.unit = kRadiance, .range = at_least(0), .with = sky, .meaning = "overhead"});
   t.key("horizon", &L::horizon,
         {.unit = kRadiance, .range = at_least(0), .with = sky, .meaning = "at the horizon"});
   t.key("ground", &L::ground,
-        {.unit = kRadiance, .range = at_least(0), .with = sky, .meaning = "below the horizon"});
+        {.unit = kRadiance,
+         .range = at_least(0),
+         .with = {"type", {"sky", "day_sky"}},
+         .meaning = "below the horizon"});
+  t.key("turbidity", &L::turbidity,
+        {.range = between(1.7, 10),
+         .with = {"type", {"day_sky"}},
+         .meaning = "haze: 2 is very clear, 3 clear, 6 hazy"});
+  t.key("scale", &L::scale,
+        {.unit = kRadiance,
+         .range = at_least(0),
+         .with = {"type", {"day_sky"}},
+         .meaning = "of a luminance of 1 kcd/m^2"});
+  t.key("file", &L::file,
+        {.with = {"type", {"image"}},
+         .required = true,
+         .meaning =
+             "image (PFM, PNG, PPM) of all directions: up in the top row, -Z in the middle column, +X right "
+             "of it"});
+  t.key("rotation", &L::rotation,
+        {.unit = "degrees", .with = {"type", {"image"}}, .meaning = "of the image about +Y"});
   return t.take();
 }
 
 TableSpec surface_table() {
+  using S = SurfaceConfig;
   auto t = repeated_table<&SceneConfig::surfaces>("surface",
                                                   "a look that the ground, colliders and objects may have");
-  const std::vector<std::string> kinds = {"diffuse", "mirror",
+  const std::vector<std::string> kinds = {"diffuse", "mirror", "glossy", "dielectric",
                                           "emission"};  // in the order of enum SurfaceKind
-  t.key("name", &Surface::name, {.required = true, .meaning = "what others call it by"});
-  t.key("type", &Surface::kind, {.choices = kinds, .meaning = "matt, mirroring or glowing"});
-  t.key("albedo", &Surface::albedo,
+  const Condition patterned{"type", {"diffuse", "mirror", "glossy"}};
+  t.key("name", &S::name, {.required = true, .meaning = "what others call it by"});
+  t.key("type", &S::kind,
+        {.choices = kinds, .meaning = "matt, mirroring, shiny, clear as glass, or glowing"});
+  t.key("albedo", &S::albedo,
         {.range = between(0, 1),
-         .with = {"type", {"diffuse", "mirror"}},
-         .meaning = "reflected part, linear RGB"});
-  t.key("checker", &Surface::checker,
+         .with = patterned,
+         .meaning = "reflected part, linear RGB; glossy: of light from straight above"});
+  t.key(
+      "roughness", &S::roughness,
+      {.range = between(0.03, 1),
+       .with = {"type", {"glossy"}},
+       .meaning = "of its facets: 0.03 mirrors, 0.3 is satin; above 0.5 it darkens, as light that meets more "
+                  "than one facet is lost"});
+  t.key("ior", &S::ior,
+        {.range = between(0.2, 5),
+         .with = {"type", {"dielectric"}},
+         .meaning = "refractive index inside over that outside: glass 1.5, ice 1.31, water 1.33"});
+  t.key("checker", &S::checker,
         {.range = between(-1, 1),
-         .with = {"type", {"diffuse"}},
+         .with = patterned,
          .absent = "no pattern",
          .meaning = "second albedo of a checker pattern; -1: none"});
-  t.key("checker_size", &Surface::checker_size,
-        {.unit = "m",
-         .range = above(0),
-         .with = {"type", {"diffuse"}},
-         .meaning = "side of a square of the pattern"});
-  t.key("emission", &Surface::emission,
+  t.key("checker_size", &S::checker_size,
+        {.unit = "m", .range = above(0), .with = patterned, .meaning = "side of a square of the pattern"});
+  t.key(
+      "texture", &S::file,
+      {.with = patterned,
+       .absent = "no texture",
+       .meaning = "image file (PNG, PPM, PFM) that takes the albedo's place, repeated along the two axes of "
+                  "the shape that the surface faces least"});
+  t.key("texture_size", &S::texture_size,
+        {.unit = "m", .range = above(0), .with = patterned, .meaning = "width of the texture"});
+  t.key("emission", &S::emission,
         {.unit = kRadiance,
          .range = at_least(0),
          .with = {"type", {"emission"}},
@@ -172,8 +291,22 @@ TableSpec output_table() {
   using O = OutputConfig;
   auto t = single_table<O>("output", "what is written",
                            [](SceneConfig& s, std::size_t) -> O& { return s.output; });
-  t.key("formats", &O::formats,
-        {.choices = {"png", "ppm", "pfm"}, .meaning = "of the pictures; pfm is linear, without exposure"});
+  t.key(
+      "formats", &O::formats,
+      {.choices = {"png", "ppm", "pfm", "exr"},
+       .meaning = "of the pictures; pfm and exr are linear, without exposure; exr where firn was built with "
+                  "OpenEXR"});
+  t.key("layers", &O::layers,
+        {.choices = {std::begin(kLayerNames), std::end(kLayerNames)},
+         .meaning = "of pfm (a file each) and exr (one file): beauty, which is always there; the first "
+                    "surface's albedo, normal and depth (m); the light of sparkle and of paths below a "
+                    "surface; samples and the variance of the mean luminance of each pixel"});
+  t.key("denoise", &O::denoise,
+        {.meaning = "take noise out of the pictures, sparkle left as it is; the layers stay as they are"});
+  t.key("tone_map", &O::tone_map,
+        {.choices = {"soft", "srgb", "filmic"},  // in the order of enum ToneMap
+         .meaning = "of png and ppm. soft: as it is up to 0.5, brighter light rolls off; srgb: clipped at 1; "
+                    "filmic: darker shadows, more contrast, a long roll-off"});
   t.key("exposure", &O::exposure,
         {.unit = "stops", .range = between(-30, 30), .meaning = "+1 is twice as bright"});
   t.key("movie", &O::movie, {.meaning = "make a movie of the pictures"});
@@ -188,7 +321,8 @@ TableSpec output_table() {
 }  // namespace
 
 std::vector<TableSpec> picture_tables() {
-  return {camera_table(), image_table(), object_table(), light_table(), surface_table(), output_table()};
+  return {camera_table(), image_table(),   object_table(), medium_table(),
+          light_table(),  surface_table(), output_table()};
 }
 
 }  // namespace firn

@@ -65,25 +65,25 @@ Shape floor_plane(double height) {
   return shape;
 }
 
-Film render(const Snapshot& snapshot, const RenderSetup& setup, const kernels::KernelTable& kernels) {
-  Film film;
+Picture render(const Snapshot& snapshot, const RenderSetup& setup, const kernels::KernelTable& kernels) {
+  Picture film;
   RenderStats stats;
   const std::atomic<bool> stop{false};
   Renderer(kernels, setup).render(snapshot, film, stats, stop);
   return film;
 }
 
-Film render(const Snapshot& snapshot, const RenderSetup& setup) {
+Picture render(const Snapshot& snapshot, const RenderSetup& setup) {
   return render(snapshot, setup, *supported_kernels().back());
 }
 
-Vec3f mean(const Film& film) {
+Vec3f mean(const Picture& film) {
   Vec3 sum = Vec3::Zero();
   for (std::size_t i = 0; i < film.rgb.size(); ++i) sum[static_cast<Eigen::Index>(i % 3)] += film.rgb[i];
   return (sum / (static_cast<double>(film.width) * film.height)).cast<float>();
 }
 
-std::uint64_t hash(const Film& film) {
+std::uint64_t hash(const Picture& film) {
   std::uint64_t hash = 0;
   for (const float value : film.rgb) hash = hash_keys(hash, std::bit_cast<std::uint32_t>(value));
   return hash;

@@ -20,9 +20,9 @@ int add_surface(RenderSetup& setup, SurfaceKind kind, float grey);
 void add_object(RenderSetup& setup, const Shape& shape, int surface);
 Shape floor_plane(double height);
 
-Film render(const Snapshot& snapshot, const RenderSetup& setup, const kernels::KernelTable& kernels);
-Film render(const Snapshot& snapshot, const RenderSetup& setup);  // with the best kernels
-Vec3f mean(const Film& film);
-std::uint64_t hash(const Film& film);
+Picture render(const Snapshot& snapshot, const RenderSetup& setup, const kernels::KernelTable& kernels);
+Picture render(const Snapshot& snapshot, const RenderSetup& setup);  // with the best kernels
+Vec3f mean(const Picture& film);
+std::uint64_t hash(const Picture& film);
 
 }  // namespace firn::test

@@ -72,12 +72,12 @@ TEST_CASE("seed and frame change the noise, not the picture") {
   Snapshot snapshot = snowball(Vec3(0, 0.15, 0), 0.15, 0.02);
   RenderSetup setup = rich_setup(Vec3::Zero());
   setup.image.samples = 64;
-  const Film film = render(snapshot, setup);
+  const Picture film = render(snapshot, setup);
   setup.seed = 2;
-  const Film other_seed = render(snapshot, setup);
+  const Picture other_seed = render(snapshot, setup);
   setup.seed = 1;
   snapshot.frame = 5;
-  const Film other_frame = render(snapshot, setup);
+  const Picture other_frame = render(snapshot, setup);
   CHECK(hash(film) != hash(other_seed));
   CHECK(hash(film) != hash(other_frame));
   CHECK((mean(film) - mean(other_seed)).norm() < 0.01f * mean(film).norm());
@@ -88,8 +88,8 @@ TEST_CASE("a picture 100 m from the world's origin is the picture at the origin"
   // By whole cells of the render grid, which lies still in the world.
   const double cell = 1.6 * 0.012;
   const Vec3 far = cell * Vec3(5208, 0, -5208);
-  const Film near = render(snowball(Vec3(0, 0.15, 0), 0.15, 0.012), rich_setup(Vec3::Zero()));
-  const Film away = render(snowball(far + Vec3(0, 0.15, 0), 0.15, 0.012, far), rich_setup(far));
+  const Picture near = render(snowball(Vec3(0, 0.15, 0), 0.15, 0.012), rich_setup(Vec3::Zero()));
+  const Picture away = render(snowball(far + Vec3(0, 0.15, 0), 0.15, 0.012, far), rich_setup(far));
   std::size_t different = 0;
   for (std::size_t i = 0; i < near.rgb.size(); ++i) different += std::fabs(near.rgb[i] - away.rgb[i]) > 0.02f;
   CHECK(different < near.rgb.size() / 100);
@@ -97,7 +97,7 @@ TEST_CASE("a picture 100 m from the world's origin is the picture at the origin"
 }
 
 TEST_CASE("a scene without snow is rendered") {
-  const Film film = render(Snapshot{}, rich_setup(Vec3::Zero()));
+  const Picture film = render(Snapshot{}, rich_setup(Vec3::Zero()));
   CHECK(mean(film).y() > 0.05f);
   for (const float value : film.rgb) REQUIRE((std::isfinite(value) && value >= 0));
 }
@@ -107,8 +107,8 @@ TEST_CASE("one particle is rendered") {
   if (one.size() == 0) one = snowball(Vec3(0, 0.15, 0), 0.09, 0.1);
   REQUIRE(one.size() >= 1);
   one.resize(1);
-  const Film with = render(one, rich_setup(Vec3::Zero())),
-             without = render(Snapshot{}, rich_setup(Vec3::Zero()));
+  const Picture with = render(one, rich_setup(Vec3::Zero())),
+                without = render(Snapshot{}, rich_setup(Vec3::Zero()));
   CHECK(hash(with) != hash(without));
   for (const float value : with.rgb) REQUIRE((std::isfinite(value) && value >= 0));
 }
@@ -117,12 +117,13 @@ TEST_CASE("the picture does not know the order of the particles") {
   const Snapshot snapshot = snowball(Vec3(0, 0.15, 0), 0.15, 0.02);
   Snapshot reversed = snapshot;
   reversed.for_each_column([](auto& column) { std::reverse(column.begin(), column.end()); });
-  const Film a = render(snapshot, rich_setup(Vec3::Zero())), b = render(reversed, rich_setup(Vec3::Zero()));
+  const Picture a = render(snapshot, rich_setup(Vec3::Zero())),
+                b = render(reversed, rich_setup(Vec3::Zero()));
   CHECK((mean(a) - mean(b)).norm() < 1e-3f * mean(a).norm());
 }
 
 TEST_CASE("rays are counted and a stopped frame says so") {
-  Film film;
+  Picture film;
   RenderStats stats;
   std::atomic<bool> stop{false};
   RenderSetup setup = rich_setup(Vec3::Zero());

@@ -39,7 +39,7 @@ TEST_CASE("in a white furnace white snow and white things cannot be seen") {
   add_object(setup, ball, add_surface(setup, SurfaceKind::diffuse, 1));
   ball.pose.translation = Vec3(-0.28, 0, 0);
   add_object(setup, ball, add_surface(setup, SurfaceKind::mirror, 1));
-  const Film film = render(snowball(Vec3::Zero(), 0.15, 0.015), setup);
+  const Picture film = render(snowball(Vec3::Zero(), 0.15, 0.015), setup);
   for (const float value : film.rgb) REQUIRE(value == Approx(1).margin(0.02));
   CHECK(mean(film).y() == Approx(1).margin(1e-3));
 }
@@ -112,7 +112,7 @@ TEST_CASE("a mirror shows what lies in the mirrored direction, tinted by its alb
   lamp.form = Ball{0.3};
   lamp.pose.translation = Vec3(0, 1, -2);
   add_object(setup, lamp, add_surface(setup, SurfaceKind::emission, 5));
-  const Film film = render(Snapshot{}, setup);
+  const Picture film = render(Snapshot{}, setup);
   for (const float value : film.rgb) REQUIRE(value == Approx(4));
 }
 

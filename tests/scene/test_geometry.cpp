@@ -50,7 +50,7 @@ TEST_CASE("the normal is the gradient of the signed distance") {
   for (const Shape& shape : bounded_shapes()) {
     for (int i = 0; i < 200; ++i) {
       const Vec3 p = shape.pose.to_world(random_point(i, 1.0));
-      const SurfacePoint point = closest_surface(shape, p);
+      const SurfaceDistance point = closest_surface(shape, p);
       Vec3 gradient;
       for (int k = 0; k < 3; ++k) {
         gradient[k] =
@@ -67,7 +67,7 @@ TEST_CASE("walking the signed distance along the normal ends on the surface") {
   for (const Shape& shape : bounded_shapes()) {
     for (int i = 0; i < 200; ++i) {
       const Vec3 p = shape.pose.to_world(random_point(1000 + i, 1.0));
-      const SurfacePoint point = closest_surface(shape, p);
+      const SurfaceDistance point = closest_surface(shape, p);
       CHECK(std::abs(signed_distance(shape, p - point.distance * point.normal)) < 1e-12);
     }
   }

@@ -49,7 +49,7 @@ TEST_CASE("a height field is solid exactly between its base and its surface") {
         std::abs(p.x()) < 2 && std::abs(p.z()) < 1 && p.y() > -0.5 && p.y() < 1 + 0.5 * p.x() - 0.25 * p.z();
     CHECK((signed_distance(shape, p) < 0) == solid);
   }
-  const SurfacePoint above = closest_surface(shape, Vec3(0, 1.1, 0));
+  const SurfaceDistance above = closest_surface(shape, Vec3(0, 1.1, 0));
   CHECK(above.distance == Approx(0.1 / std::sqrt(1 + 0.25 + 0.0625)));
   CHECK(above.normal.y() == Approx(1 / std::sqrt(1 + 0.25 + 0.0625)));
 }

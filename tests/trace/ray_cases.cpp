@@ -102,6 +102,26 @@ Snapshot cloud(std::size_t count, std::uint64_t seed, double uneven) {
   return snapshot;
 }
 
+Snapshot lattice_ball(double radius, const Vec3& center, double jitter) {
+  Snapshot snapshot;
+  snapshot.dx = 2;
+  const int n = static_cast<int>(std::ceil(radius));
+  std::uint64_t count = 0;
+  for (int x = -n; x <= n; ++x) {
+    for (int y = -n; y <= n; ++y) {
+      for (int z = -n; z <= n; ++z) {
+        if (Vec3(x, y, z).norm() > radius) continue;
+        Vec3 p = center + Vec3(x, y, z);
+        for (int a = 0; a < 3; ++a)
+          p[a] += jitter * (2 * uniform(5, count, static_cast<std::uint64_t>(a)) - 1);
+        ++count;
+        add_particle(snapshot, p, 1);
+      }
+    }
+  }
+  return snapshot;
+}
+
 RayStream make_rays(const RenderGrid& grid, RayKind kind, std::size_t count, std::uint64_t seed) {
   RayStream rays;
   const auto balls = std::uint64_t{grid.view().cell_start[grid.brick_of_slot().size() * 64]};

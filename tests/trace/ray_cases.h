@@ -17,6 +17,8 @@ inline const kernels::TraceKernels& best_trace() { return supported_kernels().ba
 
 // `count` particles of spacing about 1 in a cube that they fill; volumes differ by `uneven` (1: equal).
 Snapshot cloud(std::size_t count, std::uint64_t seed, double uneven = 1);
+// A ball of particles at spacing 1, jittered by a quarter of it: eight to a cell of the simulation.
+Snapshot lattice_ball(double radius, const Vec3& center = Vec3::Zero(), double jitter = 0.25);
 void add_particle(Snapshot& snapshot, const Vec3& world, double spacing);
 
 enum class RayKind { random, axis_parallel, grazing, inside, on_surface, far_away };

@@ -78,7 +78,7 @@ TEST_CASE("rays end on the surface of a shape, and cross no surface before") {
       if (hit.object >= 0) {
         ++hits;
         REQUIRE(std::fabs(distance(reach)) < 1e-5);
-        const SurfacePoint outside =
+        const SurfaceDistance outside =
             closest_surface(shape, o.cast<double>() + reach * direction.cast<double>());
         if (hit.normal.cast<double>().dot(outside.normal) < 0.99) {  // an edge: both faces are right
           REQUIRE(std::fabs(distance(reach + 1e-3)) < 1e-3);

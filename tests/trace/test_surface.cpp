@@ -34,27 +34,6 @@ struct Scene {
   SnowField field;
 };
 
-// A ball of particles at spacing 1, jittered by a quarter of it: eight to a cell of the simulation.
-Snapshot lattice_ball(double radius, const Vec3& center = Vec3::Zero(), double jitter = 0.25) {
-  Snapshot snapshot;
-  snapshot.dx = 2;
-  const int n = static_cast<int>(std::ceil(radius));
-  std::uint64_t count = 0;
-  for (int x = -n; x <= n; ++x) {
-    for (int y = -n; y <= n; ++y) {
-      for (int z = -n; z <= n; ++z) {
-        if (Vec3(x, y, z).norm() > radius) continue;
-        Vec3 p = center + Vec3(x, y, z);
-        for (int a = 0; a < 3; ++a)
-          p[a] += jitter * (2 * uniform_double(hash_keys(5, count, static_cast<std::uint64_t>(a))) - 1);
-        ++count;
-        add_particle(snapshot, p, 1);
-      }
-    }
-  }
-  return snapshot;
-}
-
 Vec3f render_place(const Scene& scene, const Vec3& world) {
   return (world - scene.grid.origin()).cast<float>();
 }

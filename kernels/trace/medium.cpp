@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: MIT
+// Rays through the snow as a medium: how far each gets until it collides, by delta tracking (Woodcock et al.
+// 1965) with a majorant a cell. A ray carries the optical depth that is left to its next tentative collision
+// from cell to cell; there the extinction is read, and the collision is real with extinction / majorant.
+// Random numbers are functions of a ray's key and of how many it has drawn, so that its lane does not matter.
+#include "kernels/simd/math.h"
+#include "kernels/trace/cell_list.h"
+#include "kernels/trace/stream.h"
+
+namespace firn::kernels::FIRN_ISA {
+namespace {
+
+// The finaliser of MurmurHash3 (Appleby), a bijection in which every bit depends on every bit.
+template <class T>
+FIRN_INLINE T scramble(T h) {
+  h ^= h >> 16;
+  h *= 0x85ebca6bu;
+  h ^= h >> 13;
+  h *= 0xc2b2ae35u;
+  return h ^ (h >> 16);
+}
+// The n-th number of a ray, of the two halves of its key.
+template <class T>
+FIRN_INLINE T random_bits(T low, T high, T n) {
+  return scramble<T>(scramble<T>(low + n * 0x9e3779b9u) ^ high);
+}
+// Uniform in [0, 1), 24 bits.
+FIRN_INLINE Floats uniform(Bits random) { return to_float((Ints)(random >> 8)) * splat(0x1p-24f); }
+// Of an exponential distribution of mean 1: -log of a number in (0, 1].
+FIRN_INLINE Floats exponential(Bits random) { return -log(uniform(random) + 0x1p-24f); }
+
+// Whether p lies in one of these balls.
+FIRN_INLINE bool covered(Floats x, Floats y, Floats z, Floats r2, const float p[3]) {
+  const Floats dx = x - p[0], dy = y - p[1], dz = z - p[2];
+  return any(less_equal(fma(dx, dx, fma(dy, dy, dz * dz)), r2));
+}
+
+// Whether p, in the cell, lies in a ball.
+inline bool in_ball(const TraceGrid& grid, std::size_t place, const int cell[3], const float p[3]) {
+  std::uint32_t word = __atomic_load_n(&grid.list[place], __ATOMIC_ACQUIRE);
+  if (word == kUnlisted) word = make_list(grid, place, cell);
+  bool in = false;
+  if (word == kNoList) {
+    for_each_run_around(grid, cell, cells_reached(grid), [&](std::uint32_t begin, std::uint32_t end) {
+      for (std::uint32_t b = begin; b < end && !in; b += kLanes) {
+        const int some = end - b < kLanes ? static_cast<int>(end - b) : kLanes;
+        const Floats r = radii(grid, b, some);
+        in = covered(load_first(grid.x + b, some, 0.f), load_first(grid.y + b, some, 0.f),
+                     load_first(grid.z + b, some, 0.f), r * abs(r), p);
+      }
+    });
+    return in;
+  }
+  const std::size_t count = word & kMostListed;
+  const float* list = grid.lists + static_cast<std::size_t>(word >> 8) * kListUnit;
+  for (std::size_t i = 0; i < count && !in; i += kLanes) {
+    const int some = count - i < kLanes ? static_cast<int>(count - i) : kLanes;
+    const Floats r2 = grid.radius != nullptr
+                          ? load_first(list + 4 * count + i, some, -1.f)
+                          : select(mask_of_first(some), splat(grid.max_radius * grid.max_radius), splat(-1));
+    in = covered(load_first(list + i, some, 0.f), load_first(list + count + i, some, 0.f),
+                 load_first(list + 2 * count + i, some, 0.f), r2, p);
+  }
+  return in;
+}
+
+// A field between the eight corners of the lanes' cells.
+struct Corners {
+  Ints first;
+  Floats part[3];
+
+  FIRN_INLINE Floats of(const float* field, Mask lanes) const {
+    Floats along_z[4];
+    for (int k = 0; k < 4; ++k) {
+      const Ints at = first + ((k >> 1) * kCornerSide * kCornerSide + (k & 1) * kCornerSide);
+      along_z[k] = mix(gather(field, at, lanes), gather(field, at + 1, lanes), part[2]);
+    }
+    return mix(mix(along_z[0], along_z[1], part[1]), mix(along_z[2], along_z[3], part[1]), part[0]);
+  }
+
+ private:
+  FIRN_INLINE static Floats mix(Floats low, Floats high, Floats by) { return fma(by, high - low, low); }
+};
+
+struct MediumCells {
+  const TraceGrid& grid;
+  const MediumField& field;
+  const std::uint64_t* key;
+  alignas(64) std::int32_t low[kLanes] = {}, high[kLanes] = {};  // of the lanes' keys
+  Bits drawn = {};
+  Floats depth = {};  // optical, to the next tentative collision
+  Floats from = {};   // m, where the last one was
+
+  // What strays are made of is not in the field, so they add to it: each has a collision of its own.
+  inline void strays(const Ray& ray, std::size_t i, Nearest& best) const;
+
+  FIRN_INLINE void start(Mask lanes, const LaneRays& rays) {
+    for (int left = lane_bits(lanes); left != 0; left &= left - 1) {
+      const int lane = __builtin_ctz(static_cast<unsigned>(left));
+      const std::uint64_t its = key[rays.ray[lane]];
+      low[lane] = static_cast<std::int32_t>(its);
+      high[lane] = static_cast<std::int32_t>(its >> 32);
+    }
+    drawn = (Bits)select(lanes, splat_int(0), (Ints)drawn);
+    from = select(lanes, splat(0), from);
+    depth = select(lanes, exponential(draw(lanes)), depth);
+  }
+  void pass(Mask) {}
+
+  FIRN_INLINE Mask meet(const Walk& walk, Ints slot, Mask& lanes, LaneRays& rays) {
+    const Ints place = walk.cell_in(slot);
+    const Floats majorant = gather(field.majorant, place, lanes);
+    const Floats begin = max(from, walk.entered());
+    const Floats end = max(min(walk.leaves(), load(rays.reach)), begin);
+    const Floats t = begin + depth / majorant;  // no number where there is no snow
+    const Mask tentative = lanes & less(splat(0), majorant) & less(t, end);
+    lanes = lanes & !tentative;
+    depth = select(lanes, max(fma(-majorant, end - begin, depth), splat(0)), depth);
+    if (!any(tentative)) return tentative;
+    from = select(tentative, t, from);
+    Mask deep;
+    const Floats sigma = extinction(walk, slot, place, tentative, t, deep);
+    const Mask real = tentative & less(uniform(draw(tentative)) * majorant, sigma);
+    const Mask null = tentative & !real;
+    if (any(null)) depth = select(null, exponential(draw(null)), depth);
+    record(real, deep, t, rays);
+    return real;
+  }
+
+ private:
+  FIRN_INLINE Bits draw(Mask lanes) {
+    const Bits random = random_bits<Bits>((Bits)load(low), (Bits)load(high), drawn);
+    drawn = (Bits)select(lanes, (Ints)(drawn + 1), (Ints)drawn);
+    return random;
+  }
+
+  // 1/m, at t.
+  FIRN_INLINE Floats extinction(const Walk& walk, Ints slot, Ints place, Mask lanes, Floats t,
+                                Mask& deep) const {
+    const Ints cell = place & (kCellsPerBrick - 1);
+    const Ints bits =
+        gather(reinterpret_cast<const std::int32_t*>(field.cell_kind), place >> 3, lanes) >> (4 * (cell & 7));
+    Corners corners;
+    corners.first = slot * kBrickCorners + (walk.cell(0) & 3) * (kCornerSide * kCornerSide) +
+                    (walk.cell(1) & 3) * kCornerSide + (walk.cell(2) & 3);
+    Floats p[3];
+    for (int a = 0; a < 3; ++a) {
+      p[a] = fma(t, walk.direction(a), walk.origin(a));
+      corners.part[a] =
+          min(max(fma(p[a], splat(grid.inv_cell), -to_float(walk.cell(a))), splat(0)), splat(1));
+    }
+    const Floats density = corners.of(field.density, lanes);
+    const Ints kind = bits & 3;
+    Mask snow = lanes & equal(kind, splat_int(kInside));
+    const Mask crossed = lanes & equal(kind, splat_int(kCrossed));
+    if (any(crossed))
+      snow = snow | (crossed & less_equal(splat(field.level), corners.of(field.fill, crossed)));
+    Floats clipped = select(snow, density, splat(0));
+    const Mask loose = lanes & equal(bits & splat_int(kHasLoose), splat_int(kHasLoose));
+    if (any(loose)) {
+      const Floats its = field.ball_density < 0 ? density : splat(field.ball_density);
+      clipped = select(covered_lanes(walk, place, loose, p), max(clipped, its), clipped);
+    }
+    deep = mask_of_bits(0);
+    if (field.deep != nullptr) {
+      const Ints word = gather(reinterpret_cast<const std::int32_t*>(field.deep), place >> 5, lanes);
+      deep = lanes & equal((word >> (place & 31)) & 1, splat_int(1));
+    }
+    return clipped * select(deep, splat(field.reduced), splat(field.extinction));
+  }
+
+  FIRN_INLINE Mask covered_lanes(const Walk& walk, Ints place, Mask lanes, const Floats p[3]) const {
+    std::int32_t places[kLanes], cell[3][kLanes];
+    float at[3][kLanes];
+    store(places, place);
+    for (int a = 0; a < 3; ++a) {
+      store(cell[a], walk.cell(a));
+      store(at[a], p[a]);
+    }
+    int in = 0;
+    for (int left = lane_bits(lanes); left != 0; left &= left - 1) {
+      const int lane = __builtin_ctz(static_cast<unsigned>(left));
+      const int its_cell[3] = {cell[0][lane], cell[1][lane], cell[2][lane]};
+      const float its_p[3] = {at[0][lane], at[1][lane], at[2][lane]};
+      if (in_ball(grid, static_cast<std::size_t>(places[lane]), its_cell, its_p)) in |= 1 << lane;
+    }
+    return mask_of_bits(in);
+  }
+
+  FIRN_INLINE static void record(Mask real, Mask deep, Floats t, LaneRays& rays) {
+    store(rays.reach, select(real, t, load(rays.reach)));
+    for (int left = lane_bits(real), reduced = lane_bits(deep); left != 0; left &= left - 1) {
+      const int lane = __builtin_ctz(static_cast<unsigned>(left));
+      rays.particle[lane] = reduced >> lane & 1 ? kDeepCollision : kCollision;
+    }
+  }
+};
+
+void MediumCells::strays(const Ray& ray, std::size_t i, Nearest& best) const {
+  const Floats d[3] = {splat(ray.d[0]), splat(ray.d[1]), splat(ray.d[2])};
+  for (std::uint64_t b = 0; b < grid.stray_bundles; ++b) {
+    const BallBundle& balls = grid.strays[b];
+    for (int part = 0; part < kRayLanes; part += kLanes) {
+      const Floats c[3] = {load(balls.x + part) - ray.o[0], load(balls.y + part) - ray.o[1],
+                           load(balls.z + part) - ray.o[2]};
+      Floats along;
+      const Floats depth2 = project(c, d, load(balls.r2 + part), along);
+      if (!any(less(splat(0), depth2))) continue;
+      const Floats half = sqrt(max(depth2, splat(0)));
+      // Numbers from the far end of what a ray may draw, one a stray.
+      const Bits number = (Bits)(lane_numbers() + static_cast<std::int32_t>(b * kRayLanes) + part);
+      const Bits random =
+          random_bits<Bits>((Bits)splat_int(static_cast<std::int32_t>(key[i])),
+                            (Bits)splat_int(static_cast<std::int32_t>(key[i] >> 32)), ~number);
+      const Floats t = max(along - half, splat(0)) +
+                       exponential(random) / load(field.stray_extinction + b * kRayLanes + part);
+      int found = lane_bits(less(splat(0), depth2) & less(t, along + half) & less(t, splat(best.t)));
+      float distance[kLanes];
+      store(distance, t);
+      for (; found != 0; found &= found - 1) {
+        const int lane = __builtin_ctz(static_cast<unsigned>(found));
+        if (distance[lane] < best.t) best = {distance[lane], kCollision};
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void collide(const TraceGrid& grid, const MediumField& field, const RayView& rays, const std::uint64_t* key,
+             std::size_t begin, std::size_t end) {
+  Stream<false, MediumCells>(grid, rays, begin, end, {grid, field, key}).run();
+}
+
+}  // namespace firn::kernels::FIRN_ISA

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#include "src/render/flights.h"
+
+namespace firn {
+namespace {
+
+constexpr std::uint64_t kOtherMedia = 0x6d656469612e2e2eull;  // a stream of random numbers of their own
+
+}  // namespace
+
+void Flights::fly(RayStream& rays, const std::vector<std::uint64_t>& keys, std::vector<Arrival>& arrivals) {
+  const std::size_t count = rays.size();
+  arrivals.resize(count);
+  // Most flights end in snow after a few cells: what they meet there shortens the search for all else.
+  world_.kernels.collide(world_.grid, world_.snow, rays.view(), keys.data(), 0, count);
+  for (std::size_t i = 0; i < count; ++i) {
+    Arrival& arrival = arrivals[i];
+    arrival = {};
+    const Vec3f o = rays.origin(i), d = rays.direction(i);
+    float& t = rays.t(i);
+    if (rays.hit(i) != kernels::kNoHit)
+      arrival.what = rays.hit(i) == kernels::kDeepCollision ? Meets::deep_snow : Meets::snow;
+    arrival.object = world_.objects.closest(o, d, t);
+    if (arrival.object.object >= 0) {
+      t = arrival.object.t;
+      arrival.what = Meets::object;
+    }
+    if (world_.lights.hit(o, d, t, arrival.light)) arrival.what = Meets::light;
+    if (!world_.media.empty()) {
+      const auto found = world_.media.collide(o, d, t, keys[i] ^ kOtherMedia);
+      if (found.medium >= 0) {
+        t = found.t;
+        arrival.what = Meets::medium;
+        arrival.medium = found.medium;
+      }
+      arrival.weight = world_.media.weight(o, d, t, arrival.medium);
+    }
+    if (arrival.what == Meets::nothing) arrival.light = world_.lights.escape(o, d);
+  }
+}
+
+void Flights::pass(RayStream& rays, const std::vector<std::uint64_t>& keys, std::vector<Vec3f>& through) {
+  const std::size_t count = rays.size();
+  through.assign(count, Vec3f::Zero());
+  world_.kernels.collide(world_.grid, world_.snow, rays.view(), keys.data(), 0, count);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (rays.hit(i) != kernels::kNoHit) continue;
+    const Vec3f o = rays.origin(i), d = rays.direction(i);
+    float reach = rays.t(i);
+    LightHit lamp;
+    if (world_.lights.hit(o, d, reach, lamp) || world_.objects.occluded(o, d, reach)) continue;
+    through[i] = world_.media.empty() ? Vec3f::Ones() : world_.media.transmittance(o, d, reach);
+  }
+}
+
+}  // namespace firn

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+// The snow as a medium: SnowField's density -> majorants and deep cells, as kernels/trace/medium.cpp reads
+// them.
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "src/core/parallel.h"
+#include "src/render/snow_field.h"
+
+namespace firn {
+namespace {
+
+using kernels::kBrickCorners;
+using kernels::kCellsPerBrick;
+
+constexpr float kDeep = 5;              // mean free paths of snow around a deep cell
+constexpr std::size_t kMostLayers = 8;  // cells; where more would be needed, none is deep
+
+std::uint32_t kind_of(const std::vector<std::uint32_t>& kinds, std::size_t cell) {
+  return kinds[cell >> 3] >> (4 * (cell & 7)) & 15;
+}
+
+// The cells of a brick whose neighbours along an axis are in `cells` too; below, above: those of the bricks
+// beside it.
+std::uint64_t erode(std::uint64_t cells, std::uint64_t below, std::uint64_t above, int axis) {
+  constexpr std::uint64_t kFirst[3] = {0x000000000000ffffull, 0x000f000f000f000full, 0x1111111111111111ull};
+  const int step = 16 >> (2 * axis);
+  const std::uint64_t first = kFirst[axis], last = first << (3 * step);
+  const std::uint64_t before = (cells << step & ~first) | (below >> (3 * step) & first);
+  const std::uint64_t after = (cells >> step & ~last) | (above << (3 * step) & last);
+  return cells & before & after;
+}
+
+// The corners of a cell, first to last: run(value).
+template <class Run>
+void for_each_corner(const std::vector<float>& field, std::size_t cell, Run&& run) {
+  const int c = static_cast<int>(cell % kCellsPerBrick);
+  const float* corner =
+      &field[cell / kCellsPerBrick * kBrickCorners + corner_index(c >> 4, c >> 2 & 3, c & 3)];
+  for (int k = 0; k < 8; ++k) run(corner[corner_index(k >> 2, k >> 1 & 1, k & 1)]);
+}
+float most(const std::vector<float>& field, std::size_t cell) {
+  float value = -std::numeric_limits<float>::infinity();
+  for_each_corner(field, cell, [&](float corner) { value = std::max(value, corner); });
+  return value;
+}
+float least(const std::vector<float>& field, std::size_t cell) {
+  float value = std::numeric_limits<float>::infinity();
+  for_each_corner(field, cell, [&](float corner) { value = std::min(value, corner); });
+  return value;
+}
+
+}  // namespace
+
+float SnowField::majorant(std::size_t cell) const { return most(density_, cell); }
+
+// What a stray is made of fills its ball evenly.
+void SnowField::measure_strays(const Snapshot& snapshot, const std::vector<SnowLook>& looks) {
+  const kernels::TraceGrid& grid = grid_->view();
+  stray_extinction_.assign(grid.stray_bundles * kernels::kRayLanes, 0.f);
+  for (std::size_t k = 0; k < stray_extinction_.size(); ++k) {
+    const std::uint32_t s = grid.strays[k / kernels::kRayLanes].particle[k % kernels::kRayLanes];
+    if (s == kernels::kNoHit) continue;
+    const std::uint32_t i = grid_->snapshot_index(s);
+    const std::size_t object = snapshot.object[i];
+    const SnowLook look = looks.empty() ? SnowLook{} : looks[std::min(object, looks.size() - 1)];
+    const double room = 4 * std::numbers::pi / 3 * std::pow(static_cast<double>(grid_->radius(s)), 3);
+    stray_extinction_[k] = static_cast<float>(snapshot.volume0[i] * look.density * look.extinction / room);
+  }
+}
+
+// Finds the deep cells; false if there are none. Of n layers, each of at least kDeep / n mean free paths, in
+// steps of one layer: what is left of their cells when the outermost n are taken off is deep.
+bool SnowField::find_deep(const std::vector<float>& density) {
+  const std::size_t slots = grid_->brick_of_slot().size();
+  constexpr int kNext[3] = {9, 3, 1};  // as around() numbers the bricks; 13 is the slot's own
+  std::vector<std::array<std::size_t, 6>> beside(slots);
+  std::vector<std::array<std::uint64_t, kMostLayers>> thick(slots);
+  deep_.assign(slots, 0);
+  const float to_depth = grid_->view().cell * extinction_;
+  parallel_for(slots, 32, [&](std::size_t slot) {
+    for (std::size_t k = 0; k < 6; ++k)
+      beside[slot][k] = around(slot, k % 2 == 0 ? 13 - kNext[k / 2] : 13 + kNext[k / 2]);
+    for (std::size_t c = 0; c < kCellsPerBrick; ++c) {
+      const std::size_t cell = slot * kCellsPerBrick + c;
+      if ((kind_of(kind_, cell) & 3) != kernels::kInside) continue;
+      const float depth = to_depth * least(density, cell);
+      for (std::size_t n = 0; n < kMostLayers; ++n)
+        thick[slot][n] |= std::uint64_t{depth * static_cast<float>(n + 1) >= kDeep} << c;
+    }
+  });
+  std::vector<std::uint64_t> left(slots), eroded(slots);
+  for (std::size_t n = 0; n < kMostLayers; ++n) {
+    for (std::size_t slot = 0; slot < slots; ++slot) left[slot] = thick[slot][n];
+    for (std::size_t round = 0; round < 3 * (n + 1); ++round) {
+      const std::size_t axis = round % 3;
+      parallel_for(slots, 1024, [&](std::size_t slot) {
+        const auto of = [&](std::size_t other) { return other == SIZE_MAX ? std::uint64_t{0} : left[other]; };
+        eroded[slot] = left[slot] == 0 ? 0
+                                       : erode(left[slot], of(beside[slot][2 * axis]),
+                                               of(beside[slot][2 * axis + 1]), static_cast<int>(axis));
+      });
+      left.swap(eroded);
+    }
+    for (std::size_t slot = 0; slot < slots; ++slot) deep_[slot] |= left[slot];
+  }
+  return std::any_of(deep_.begin(), deep_.end(), [](std::uint64_t its) { return its != 0; });
+}
+
+// 0 where the cell holds no snow.
+void SnowField::find_majorants(const kernels::MediumField& field) {
+  const std::vector<float>& density = sigma_.empty() ? density_ : sigma_;
+  majorant_.resize(grid_->brick_of_slot().size() * kCellsPerBrick);
+  parallel_chunks(majorant_.size(), 4096, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t cell = begin; cell < end; ++cell) {
+      const std::uint32_t kind = kind_of(kind_, cell);
+      const bool has_balls = (kind & kernels::kHasLoose) != 0, of_balls = field.ball_density < 0;
+      float densest = of_balls || !has_balls ? 0.f : field.ball_density;
+      if ((kind & 3) != kernels::kOutside || (of_balls && has_balls))
+        densest = std::max(densest, most(density, cell));
+      const bool deep = field.deep != nullptr && (deep_[cell >> 6] >> (cell & 63) & 1) != 0;
+      majorant_[cell] = densest * (deep ? field.reduced : field.extinction);
+    }
+  });
+}
+
+kernels::MediumField SnowField::medium(const SnowOptics& optics) {
+  static_assert(std::endian::native == std::endian::little, "two words of 32 cells are one of 64");
+  const std::vector<float>& density = sigma_.empty() ? density_ : sigma_;
+  kernels::MediumField field;
+  field.density = density.data();
+  field.fill = fill_.data();
+  field.cell_kind = kind_.data();
+  field.level = surface_.level;
+  field.extinction = extinction_;
+  field.reduced = extinction_ * (1 - optics.g);
+  field.ball_density = ball_density_;
+  field.stray_extinction = stray_extinction_.data();
+  if (!optics.reference && find_deep(density))
+    field.deep = reinterpret_cast<const std::uint32_t*>(deep_.data());
+  find_majorants(field);
+  field.majorant = majorant_.data();
+  return field;
+}
+
+}  // namespace firn

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#include "tests/light/estimate.h"
+
+#include <algorithm>
+
+#include "tests/catch.h"
+
+namespace firn::test {
+
+Estimate radiance_along(RenderSetup setup, const Snapshot& snapshot, const Vec3& position, const Vec3& target,
+                        int side, int samples) {
+  setup.camera.position = position;
+  setup.camera.target = target;
+  setup.camera.fov = 1e-3;
+  setup.image.width = setup.image.height = side;
+  setup.image.samples = samples;
+  const Picture picture = render(snapshot, setup);
+  const int count = side * side;
+  double sum = 0, squares = 0;
+  for (int k = 0; k < count; ++k) {
+    const double value = picture.rgb[3 * static_cast<std::size_t>(k) + 1];
+    sum += value;
+    squares += value * value;
+  }
+  const double mean = sum / count;
+  return {mean, std::sqrt(std::max(squares / count - mean * mean, 0.0) / (count - 1))};
+}
+
+double Scores::rms() const {
+  double sum = 0;
+  for (const double z : z_) sum += z * z;
+  return std::sqrt(sum / static_cast<double>(z_.size()));
+}
+
+double Scores::largest() const {
+  double most = 0;
+  for (const double z : z_) most = std::max(most, std::fabs(z));
+  return most;
+}
+
+std::size_t Scores::beyond(double z) const {
+  return static_cast<std::size_t>(
+      std::count_if(z_.begin(), z_.end(), [z](double x) { return std::fabs(x) > z; }));
+}
+
+void require_unbiased(const Scores& scores) {
+  INFO(scores.size() << " scores, rms " << scores.rms() << ", largest " << scores.largest());
+  REQUIRE(scores.size() > 0);
+  CHECK(scores.largest() < 4.5);
+  CHECK(scores.beyond(3) <= std::max<std::size_t>(scores.size() / 100, 1));
+  // The rms of n scores scatters by 1 / sqrt(2 n): from 100 on, 0.2 is nearly three of that.
+  if (scores.size() >= 100) {
+    CHECK(scores.rms() > 0.8);
+    CHECK(scores.rms() < 1.2);
+  }
+}
+
+}  // namespace firn::test

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+// Pictures as measurements: a number with its standard error, and how far from expectation a set of them
+// lies.
+#pragma once
+#include <cmath>
+#include <vector>
+
+#include "tests/light/pictures.h"
+
+namespace firn::test {
+
+struct Estimate {
+  double mean = 0, error = 0;  // error: one standard deviation of the mean
+};
+
+// What one camera ray brings back, from position towards target: the green channel, by `side` x `side` pixels
+// of their own random numbers.
+Estimate radiance_along(RenderSetup setup, const Snapshot& snapshot, const Vec3& position, const Vec3& target,
+                        int side, int samples);
+
+// Distances from expectation in standard deviations. They pass if none is beyond 4.5, at most 1 % (and one)
+// beyond 3, and their root mean square is near 1, neither biased nor suspiciously quiet: within 0.8 to 1.2 if
+// there are enough of them for that to be sure.
+class Scores {
+ public:
+  void add(double measured, double expected, double error) { z_.push_back((measured - expected) / error); }
+  std::size_t size() const { return z_.size(); }
+  double rms() const;
+  double largest() const;
+  std::size_t beyond(double z) const;
+
+ private:
+  std::vector<double> z_;
+};
+void require_unbiased(const Scores& scores);
+
+}  // namespace firn::test

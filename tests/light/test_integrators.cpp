@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: MIT
+// Path tracing, light tracing and bidirectional path tracing are different estimates of the same picture:
+// block by block they must agree within their own noise, measured over seeds.
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "tests/catch.h"
+#include "tests/light/estimate.h"
+
+using namespace firn;
+using namespace firn::test;
+
+namespace {
+
+constexpr int kSize = 32, kBlock = 8, kSeeds = 24;
+
+struct Blocks {
+  std::vector<Estimate> each;
+};
+
+// The green channel of each block of pixels, over seeds.
+Blocks measure(RenderSetup setup, const Snapshot& snapshot, Integrator integrator, int samples) {
+  setup.image.integrator = integrator;
+  setup.image.samples = samples;
+  setup.image.width = setup.image.height = kSize;
+  const int across = kSize / kBlock;
+  std::vector<double> sum(across * across), squares(across * across);
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    setup.seed = 1000 * (static_cast<std::uint64_t>(integrator) + 1) + static_cast<std::uint64_t>(seed);
+    const Picture picture = render(snapshot, setup);
+    std::vector<double> block(across * across);
+    for (int y = 0; y < kSize; ++y) {
+      for (int x = 0; x < kSize; ++x)
+        block[y / kBlock * across + x / kBlock] += picture.pixel(x, y)[1] / (kBlock * kBlock);
+    }
+    for (std::size_t k = 0; k < block.size(); ++k) sum[k] += block[k], squares[k] += block[k] * block[k];
+  }
+  Blocks blocks;
+  for (std::size_t k = 0; k < sum.size(); ++k) {
+    const double mean = sum[k] / kSeeds;
+    blocks.each.push_back({mean, std::sqrt(std::max(squares[k] / kSeeds - mean * mean, 0.0) / (kSeeds - 1))});
+  }
+  return blocks;
+}
+
+// Adds the differences of two measurements; blocks that are the same in every seed must be the same in both.
+void compare(const Blocks& a, const Blocks& b, Scores& scores) {
+  for (std::size_t k = 0; k < a.each.size(); ++k) {
+    const double error = std::hypot(a.each[k].error, b.each[k].error);
+    INFO("block " << k << ": " << a.each[k].mean << " +- " << a.each[k].error << " and " << b.each[k].mean
+                  << " +- " << b.each[k].error);
+    if (error < 1e-7) {
+      CHECK(a.each[k].mean == Approx(b.each[k].mean).margin(1e-5));
+      continue;
+    }
+    const double z = (a.each[k].mean - b.each[k].mean) / error;
+    CHECK(std::fabs(z) < 4.5);
+    scores.add(z, 0, 1);
+  }
+}
+
+void add_box(RenderSetup& setup, const Vec3& center, const Vec3& size, int surface) {
+  Shape shape;
+  shape.form = Box{0.5 * size};
+  shape.pose.translation = center;
+  add_object(setup, shape, surface);
+}
+void add_ball(RenderSetup& setup, const Vec3& center, double radius, int surface) {
+  Shape shape;
+  shape.form = Ball{radius};
+  shape.pose.translation = center;
+  add_object(setup, shape, surface);
+}
+
+// A room, open to the camera: floor, ceiling, three walls, a lamp under the ceiling.
+RenderSetup room() {
+  RenderSetup setup = empty_setup(Vec3(0, 0.5, 2.2), Vec3(0, 0.5, 0), 36, kSize, 1, 8);
+  const int white = add_surface(setup, SurfaceKind::diffuse, 0.7f),
+            grey = add_surface(setup, SurfaceKind::diffuse, 0.3f);
+  add_box(setup, Vec3(0, -0.05, 0), Vec3(1.2, 0.1, 1.2), white);
+  add_box(setup, Vec3(0, 1.05, 0), Vec3(1.2, 0.1, 1.2), white);
+  add_box(setup, Vec3(0, 0.5, -0.55), Vec3(1.2, 1, 0.1), white);
+  add_box(setup, Vec3(-0.55, 0.5, 0), Vec3(0.1, 1, 1.2), grey);
+  add_box(setup, Vec3(0.55, 0.5, 0), Vec3(0.1, 1, 1.2), grey);
+  setup.lights.push_back(
+      QuadLight{Vec3(-0.15, 0.98, -0.15), Vec3(0.3, 0, 0), Vec3(0, 0, 0.3), Vec3f::Constant(10)});
+  return setup;
+}
+
+Medium fog_ball(const Vec3& center, double radius, double sigma, double albedo, double g) {
+  Medium medium;
+  medium.shape.form = Ball{radius};
+  medium.shape.pose.translation = center;
+  medium.sigma_s = Vec3f::Constant(static_cast<float>(sigma * albedo));
+  medium.sigma_a = Vec3f::Constant(static_cast<float>(sigma * (1 - albedo)));
+  medium.g = static_cast<float>(g);
+  return medium;
+}
+
+// A ball of coarse, thin snow, so that few collisions make the picture.
+void make_thin(RenderSetup& setup) {
+  setup.snow[0].density = 300;
+  setup.snow[0].extinction = 0.1;  // mean free path 33 mm
+  setup.snow[0].anisotropy = 0.6;
+  setup.snow[0].ice_per_collision = 0.01;
+}
+
+}  // namespace
+
+TEST_CASE("path, light and bidirectional agree in a room", "[light]") {
+  const RenderSetup setup = room();
+  Scores scores;
+  const Blocks path = measure(setup, {}, Integrator::path, 64);
+  compare(path, measure(setup, {}, Integrator::bidirectional, 32), scores);
+  compare(path, measure(setup, {}, Integrator::light, 64), scores);
+  require_unbiased(scores);
+}
+
+TEST_CASE("path, light and bidirectional agree in a ball of fog lit from behind", "[light]") {
+  RenderSetup setup = empty_setup(Vec3(0, 0.2, 1.2), Vec3::Zero(), 25, kSize, 1, 1000);
+  setup.media.push_back(fog_ball(Vec3::Zero(), 0.2, 15, 0.95, 0.5));
+  add_box(setup, Vec3(0, -0.3, 0), Vec3(2, 0.1, 2), add_surface(setup, SurfaceKind::diffuse, 0.5f));
+  setup.lights.push_back(SphereLight{Vec3(0.1, 0.3, -0.6), 0.1, Vec3f::Constant(20)});
+  Scores scores;
+  const Blocks path = measure(setup, {}, Integrator::path, 64);
+  setup.image.light_bounces = 12;
+  compare(path, measure(setup, {}, Integrator::bidirectional, 32), scores);
+  require_unbiased(scores);
+}
+
+TEST_CASE("path and bidirectional agree in milk behind glass", "[light]") {
+  RenderSetup setup = empty_setup(Vec3(0, 0.2, 1.2), Vec3::Zero(), 25, kSize, 1, 1000);
+  setup.media.push_back(fog_ball(Vec3::Zero(), 0.2, 20, 0.98, 0.3));
+  const int glass = add_surface(setup, SurfaceKind::dielectric, 1);
+  setup.surfaces[static_cast<std::size_t>(glass)].ior = 1.4f;
+  add_ball(setup, Vec3::Zero(), 0.2, glass);
+  add_box(setup, Vec3(0, -0.3, 0), Vec3(2, 0.1, 2), add_surface(setup, SurfaceKind::diffuse, 0.5f));
+  setup.lights.push_back(SphereLight{Vec3(0.4, 0.8, 0.3), 0.3, Vec3f::Constant(5)});
+  setup.lights.push_back(ConstantLight{Vec3f::Constant(0.3f)});
+  Scores scores;
+  compare(measure(setup, {}, Integrator::path, 128), measure(setup, {}, Integrator::bidirectional, 64),
+          scores);
+  require_unbiased(scores);
+}
+
+TEST_CASE("path, light and bidirectional agree on snow under sun and sky", "[light]") {
+  RenderSetup setup = empty_setup(Vec3(0, 0.2, 0.9), Vec3::Zero(), 25, kSize, 1, 1000);
+  make_thin(setup);
+  add_box(setup, Vec3(0, -0.2, 0), Vec3(1, 0.1, 1), add_surface(setup, SurfaceKind::diffuse, 0.5f));
+  setup.lights.push_back(SunLight{Vec3(1, 1, 0.5), 2, Vec3f::Constant(2)});
+  setup.lights.push_back(SkyLight{Vec3f::Constant(0.3f), Vec3f::Constant(0.5f), Vec3f::Constant(0.2f)});
+  const Snapshot snow = snowball(Vec3::Zero(), 0.15, 0.012);
+  Scores scores;
+  compare(measure(setup, snow, Integrator::path, 64), measure(setup, snow, Integrator::bidirectional, 32),
+          scores);
+  require_unbiased(scores);
+}
+
+TEST_CASE("path and bidirectional agree on a lamp seen through snow", "[light]") {
+  RenderSetup setup = empty_setup(Vec3(0, 0.1, 0.9), Vec3::Zero(), 30, kSize, 1, 1000);
+  make_thin(setup);
+  setup.lights.push_back(
+      QuadLight{Vec3(-0.1, -0.1, -0.3), Vec3(0.2, 0, 0), Vec3(0, 0.2, 0), Vec3f::Constant(5)});
+  add_box(setup, Vec3(0, -0.2, 0), Vec3(1, 0.1, 1), add_surface(setup, SurfaceKind::diffuse, 0.5f));
+  const Snapshot snow = snowball(Vec3::Zero(), 0.15, 0.012);
+  Scores scores;
+  compare(measure(setup, snow, Integrator::path, 64), measure(setup, snow, Integrator::bidirectional, 32),
+          scores);
+  require_unbiased(scores);
+}
+
+TEST_CASE("path and bidirectional agree among mirrors, glass, gloss and snow", "[light]") {
+  RenderSetup setup = room();
+  make_thin(setup);
+  const int gloss = add_surface(setup, SurfaceKind::glossy, 0.6f),
+            glass = add_surface(setup, SurfaceKind::dielectric, 1),
+            mirror = add_surface(setup, SurfaceKind::mirror, 0.9f);
+  setup.surfaces[static_cast<std::size_t>(gloss)].roughness = 0.5f;
+  add_ball(setup, Vec3(-0.28, 0.16, 0.1), 0.15, gloss);
+  add_ball(setup, Vec3(0.28, 0.16, 0.2), 0.12, glass);
+  add_box(setup, Vec3(0.2, 0.3, -0.3), Vec3(0.3, 0.6, 0.1), mirror);
+  const Snapshot snow = snowball(Vec3(0, 0.5, -0.1), 0.12, 0.012);
+  Scores scores;
+  compare(measure(setup, snow, Integrator::path, 256), measure(setup, snow, Integrator::bidirectional, 96),
+          scores);
+  require_unbiased(scores);
+}
