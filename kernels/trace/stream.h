@@ -64,7 +64,7 @@ class Stream {
  private:
   static constexpr int kFew = kLanes * 3 / 8;
   static constexpr std::size_t kStage = 16;
-  static constexpr int kMostIdle = kLanes * 1 / 16;  // lanes without a ray before the stream is asked for more
+  static constexpr int kMostIdle = kLanes / 4;  // lanes without a ray before the stream is asked for more
 
   // Gives the idle lanes rays that meet the grid; what the others find is known at once.
   FIRN_INLINE Mask take_rays(Mask live) {

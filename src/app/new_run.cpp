@@ -7,7 +7,10 @@
 
 #include "src/app/interrupt.h"
 #include "src/app/report.h"
+#include "src/core/error.h"
 #include "src/core/isa.h"
+#include "src/io/exr.h"
+#include "src/scene/validate.h"
 
 namespace firn {
 namespace {
@@ -49,6 +52,12 @@ std::unique_ptr<SimulatedSnow> make_snow(const SceneConfig& scene, const kernels
 }
 
 std::unique_ptr<Renderer> make_renderer(const SceneConfig& scene, const kernels::KernelTable& kernels) {
+  const auto& formats = scene.output.formats;
+  if (!has_exr() && std::find(formats.begin(), formats.end(), "exr") != formats.end()) {
+    throw Error(
+        ExitCode::usage, place_of(scene, "output", "formats"),
+        "this firn was built without OpenEXR and cannot write \"exr\"; \"pfm\" holds the same layers");
+  }
   return std::make_unique<Renderer>(kernels, build_render(scene));
 }
 

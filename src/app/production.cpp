@@ -157,6 +157,7 @@ bool Production::trace(int frame, FrameSlot& slot, const std::atomic<bool>& stop
   const std::lock_guard lock(mutex_);
   in_flight_[frame].record.trace_seconds = watch.seconds();
   in_flight_[frame].record.rays = stats.rays;
+  in_flight_[frame].record.mean_samples = stats.mean_samples;
   progress_.end(Progress::trace);
   return true;
 }
@@ -198,11 +199,13 @@ void Production::finish_frame(InFlight job) {
 void Production::write_pictures(const FrameSlot& slot, FrameRecord& record) {
   record.film_hash = hash_of(
       {reinterpret_cast<const char*>(slot.picture.rgb.data()), slot.picture.rgb.size() * sizeof(float)});
+  const Development development{scene_.output.exposure, scene_.output.tone_map};
   for (const auto& format : scene_.output.formats) {
-    const std::string bytes = encode_film(slot.picture, format, scene_.output.exposure);
-    const auto path = folder_.frame(record.frame, format);
-    write_file(path, bytes);
-    record.files.emplace_back(path.lexically_relative(folder_.path()).string(), hash_of(bytes));
+    for (const PictureFile& file : encode_picture(slot.picture, format, development)) {
+      const auto path = folder_.frame(record.frame, file.extension);
+      write_file(path, file.bytes);
+      record.files.emplace_back(path.lexically_relative(folder_.path()).string(), hash_of(file.bytes));
+    }
   }
 }
 

@@ -55,12 +55,13 @@ std::string mebibytes(double bytes) { return text("%.1f MiB", bytes / (1 << 20))
 
 std::string closing_report(const RunFolder& folder, const Manifest& manifest,
                            const std::vector<StageInterval>& intervals) {
-  double simulate = 0, trace = 0, steps = 0, rays = 0;
+  double simulate = 0, trace = 0, steps = 0, rays = 0, samples = 0;
   for (const auto& frame : manifest.frames) {
     simulate += frame.simulate_seconds;
     trace += frame.trace_seconds;
     steps += static_cast<double>(frame.particle_steps);
     rays += static_cast<double>(frame.rays);
+    samples += frame.mean_samples / static_cast<double>(manifest.frames.size());
   }
   std::string report;
   if (manifest.pictures) report += "Frames  " + folder.frames().string() + "\n";
@@ -73,6 +74,7 @@ std::string closing_report(const RunFolder& folder, const Manifest& manifest,
   report += text("  %-10s%30.1f\n\n", "wall", manifest.wall_seconds);
   report += rate("particle-steps", steps, simulate, 1e6, "M/s");
   report += rate("rays", rays, trace, 1e6, "M/s");
+  if (samples > 0) report += text("  %-18s%.1f\n", "samples a pixel", samples);
   if (manifest.bytes_per_particle > 0) {
     report += text("  %-18s%.0f, grid included\n", "bytes a particle", manifest.bytes_per_particle);
   }

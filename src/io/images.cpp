@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "src/core/error.h"
+#include "src/io/exr.h"
 #include "src/io/file.h"
 
 namespace firn {
@@ -73,21 +74,30 @@ std::string encode_ppm(const Image8& image) {
   return bytes.append(reinterpret_cast<const char*>(image.rgb.data()), image.rgb.size());
 }
 
-std::string encode_pfm(const Picture& film) {
-  std::string bytes = "PF\n" + std::to_string(film.width) + " " + std::to_string(film.height) + "\n-1.0\n";
-  const std::size_t row = 3 * static_cast<std::size_t>(film.width);
-  for (int y = film.height; y-- > 0;) {
-    bytes.append(reinterpret_cast<const char*>(&film.rgb[row * y]), row * sizeof(float));
+std::string encode_pfm(int width, int height, int channels, const std::vector<float>& values) {
+  std::string bytes = channels == 3 ? "PF\n" : "Pf\n";
+  bytes += std::to_string(width) + " " + std::to_string(height) + "\n-1.0\n";
+  const std::size_t row = static_cast<std::size_t>(channels) * width;
+  for (int y = height; y-- > 0;) {
+    bytes.append(reinterpret_cast<const char*>(&values[row * y]), row * sizeof(float));
   }
   return bytes;
 }
 
-std::string encode_film(const Picture& film, const std::string& format, double exposure) {
-  if (format == "pfm") return encode_pfm(film);
-  const Image8 image = develop(film, exposure);
-  if (format == "png") return encode_png(image);
-  if (format == "ppm") return encode_ppm(image);
-  throw Error(ExitCode::usage, "output.formats", "'" + format + "' is not one of png, ppm, pfm");
+std::vector<PictureFile> encode_picture(const Picture& picture, const std::string& format,
+                                        const Development& development) {
+  if (format == "exr") return {{format, encode_exr(picture)}};
+  if (format == "png") return {{format, encode_png(develop(picture, development))}};
+  if (format == "ppm") return {{format, encode_ppm(develop(picture, development))}};
+  if (format != "pfm") {
+    throw Error(ExitCode::usage, "output.formats", "'" + format + "' is not one of png, ppm, pfm, exr");
+  }
+  std::vector<PictureFile> files = {{format, encode_pfm(picture.width, picture.height, 3, picture.rgb)}};
+  for (const LayerImage& l : picture.layers) {
+    files.push_back({std::string(layer_name(l.layer)) + "." + format,
+                     encode_pfm(picture.width, picture.height, channels_of(l.layer), l.values)});
+  }
+  return files;
 }
 
 Image8 read_png(const std::filesystem::path& path) {
@@ -113,15 +123,19 @@ Image8 read_ppm(const std::filesystem::path& path) {
 
 Picture read_pfm(const std::filesystem::path& path) {
   const std::string file = read_file(path);
-  const Netpbm header = parse_netpbm(path, file, "PF", 3 * sizeof(float));
+  const bool grey = file.compare(0, 2, "Pf") == 0;
+  const std::size_t channels = grey ? 1 : 3;
+  const Netpbm header = parse_netpbm(path, file, grey ? "Pf" : "PF", channels * sizeof(float));
   if (header.number >= 0) fail(path, "only little-endian PFM images are read");
-  Picture film;
-  film.resize(header.width, header.height);
-  const std::size_t row = 3 * sizeof(float) * static_cast<std::size_t>(header.width);
+  Picture picture;
+  picture.resize(header.width, header.height);
+  std::vector<float> row(channels * header.width);
   for (int y = 0; y < header.height; ++y) {
-    std::memcpy(film.pixel(0, y), header.pixels + row * (header.height - 1 - y), row);
+    const std::size_t bytes = row.size() * sizeof(float);
+    std::memcpy(row.data(), header.pixels + bytes * (header.height - 1 - y), bytes);
+    for (int i = 0; i < 3 * header.width; ++i) picture.pixel(0, y)[i] = row[grey ? i / 3 : i];
   }
-  return film;
+  return picture;
 }
 
 Image8 read_image8(const std::filesystem::path& path) {

@@ -23,8 +23,13 @@ std::array<float, 255> make_level_edges() {
 
 }  // namespace
 
-float tone_curve(float linear) {
+float tone_curve(ToneMap map, float linear) {
   if (!(linear > 0.f)) return 0.f;
+  if (map == ToneMap::srgb) return linear;
+  if (map == ToneMap::filmic) {
+    const float x = std::min(linear, 1e6f);
+    return x * (x + 0.1f) / (x * (x + 0.26444444f) + 0.2f);
+  }
   if (linear <= kShoulder) return linear;
   const float t = (linear - kShoulder) / (1.f - kShoulder);
   const float fall = 1.f / (1.f + 0.5f * t);
@@ -38,11 +43,11 @@ std::uint8_t srgb8(float linear) {
 
 float srgb8_to_linear(std::uint8_t level) { return static_cast<float>(srgb_to_linear(level / 255.0)); }
 
-Image8 develop(const Picture& film, double exposure) {
-  const float gain = static_cast<float>(std::exp2(exposure));
-  Image8 image{film.width, film.height, std::vector<std::uint8_t>(film.rgb.size())};
-  std::transform(film.rgb.begin(), film.rgb.end(), image.rgb.begin(),
-                 [gain](float linear) { return srgb8(tone_curve(gain * linear)); });
+Image8 develop(const Picture& picture, const Development& development) {
+  const auto gain = static_cast<float>(std::exp2(development.exposure));
+  Image8 image{picture.width, picture.height, std::vector<std::uint8_t>(picture.rgb.size())};
+  std::transform(picture.rgb.begin(), picture.rgb.end(), image.rgb.begin(),
+                 [&](float linear) { return srgb8(tone_curve(development.tone_map, gain * linear)); });
   return image;
 }
 

@@ -27,10 +27,12 @@ void Film::begin(int width, int height, const PixelFilter& filter, const FilmCon
   beauty_.assign(3 * pixels, 0);
   square_.assign(pixels, 0);
   count_.assign(pixels, 0);
-  for (auto* guide : {&albedo_, &normal_}) guide->assign(content.guides ? 3 * pixels : 0, 0);
-  depth_.assign(content.guides ? pixels : 0, 0);
-  met_.assign(content.guides ? pixels : 0, 0);
-  sparkle_.assign(content.sparkle ? 3 * pixels : 0, 0);
+  const bool guides = content.guides || content.denoise;
+  for (auto* guide : {&albedo_, &normal_}) guide->assign(guides ? 3 * pixels : 0, 0);
+  depth_.assign(guides ? pixels : 0, 0);
+  met_.assign(guides ? pixels : 0, 0);
+  for (auto* square : {&matte_square_, &albedo_square_}) square->assign(content.denoise ? pixels : 0, 0);
+  sparkle_.assign(content.sparkle || content.denoise ? 3 * pixels : 0, 0);
   subsurface_.assign(content.subsurface ? 3 * pixels : 0, 0);
   splats_.assign(content.splats ? 3 * pixels : 0, 0);
 }
@@ -45,6 +47,12 @@ void Film::add(int x, int y, const FilmSample& sample) {
   add_to(normal_, pixel, sample.normal);
   add_to(sparkle_, pixel, sample.sparkle);
   add_to(subsurface_, pixel, sample.subsurface);
+  if (!matte_square_.empty()) {
+    const float matte = luminance_of(Vec3f(sample.beauty - sample.sparkle));
+    const float albedo = luminance_of(sample.albedo);
+    matte_square_[pixel] += matte * matte;
+    albedo_square_[pixel] += albedo * albedo;
+  }
   if (!depth_.empty() && std::isfinite(sample.depth)) {
     depth_[pixel] += sample.depth;
     ++met_[pixel];
@@ -139,6 +147,32 @@ std::vector<float> Film::layer(Layer layer) const {
       break;
   }
   return values;
+}
+
+// The variance of the means of `sums` by the sums of their squares.
+std::vector<float> Film::variances(const std::vector<float>& means, const std::vector<float>& squares) const {
+  std::vector<float> result(squares.size());
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    const auto n = static_cast<float>(std::max(count_[i], 2u));
+    const float mean = luminance_of(Vec3f(means[3 * i], means[3 * i + 1], means[3 * i + 2]));
+    result[i] = std::max(squares[i] / n - mean * mean, 0.f) / (n - 1);
+  }
+  return result;
+}
+
+NoisyPicture Film::noisy() const {
+  NoisyPicture noisy{
+      width_, height_, {}, {}, layer(Layer::albedo), {}, layer(Layer::normal), layer(Layer::depth)};
+  const std::vector<float> sparkle = layer(Layer::sparkle);
+  std::vector<float> matte(beauty_.size());
+  noisy.rgb = beauty();
+  for (std::size_t i = 0; i < matte.size(); ++i) {
+    noisy.rgb[i] -= sparkle[i];
+    matte[i] = static_cast<float>(beauty_[i] / std::max(count_[i / 3], 1u)) - sparkle[i];
+  }
+  noisy.variance = variances(matte, matte_square_);
+  noisy.albedo_variance = variances(noisy.albedo, albedo_square_);
+  return noisy;
 }
 
 Picture Film::picture(const std::vector<Layer>& layers) const {

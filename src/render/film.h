@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "src/core/vector.h"
+#include "src/render/denoise.h"
 #include "src/render/filter.h"
 #include "src/render/picture.h"
 
@@ -19,14 +20,15 @@ struct FilmSample {              // of one path, linear RGB
   Vec3f beauty = Vec3f::Zero();  // all its light, sparkle included
   Vec3f sparkle = Vec3f::Zero();
   Vec3f subsurface = Vec3f::Zero();  // that was scattered inside of something
-  Vec3f albedo = Vec3f::Zero();      // of what it met first
+  Vec3f albedo = Vec3f::Ones();      // of what it met first; 1 if that glows or is nothing
   Vec3f normal = Vec3f::Zero();      // unit, there; world axes
   float depth = INFINITY;            // m to it; infinite: it met nothing
 };
 
 // What a film keeps beside the light; the rest of FilmSample is dropped.
 struct FilmContent {
-  bool guides = false;  // albedo, normal, depth
+  bool guides = false;   // albedo, normal, depth
+  bool denoise = false;  // all that noisy() tells, guides and sparkle included
   bool sparkle = false;
   bool subsurface = false;
   bool splats = false;
@@ -55,17 +57,21 @@ class Film {
 
   // The mean of all that was added, and the layers asked for; those that the film did not keep are 0.
   Picture picture(const std::vector<Layer>& layers) const;
+  // The picture without its sparkle, and what there is to know of it; with FilmContent::denoise.
+  NoisyPicture noisy() const;
 
  private:
   std::size_t index(int x, int y) const { return static_cast<std::size_t>(y) * width_ + x; }
   std::vector<float> beauty() const;
   std::vector<float> layer(Layer layer) const;
+  std::vector<float> variances(const std::vector<float>& means, const std::vector<float>& squares) const;
 
   int width_ = 0, height_ = 0;
   PixelFilter filter_;
   std::vector<double> beauty_, square_;  // 3 and 1 a pixel: light, and the square of its luminance
   std::vector<std::uint32_t> count_;
   std::vector<float> albedo_, normal_, depth_, sparkle_, subsurface_;  // sums; empty if not kept
+  std::vector<float> matte_square_, albedo_square_;                    // of luminance; matte: without sparkle
   std::vector<std::uint32_t> met_;                                     // samples that met something
   std::vector<std::uint64_t> splats_;  // 3 a pixel, in units of 2^-32 after division by the number of pixels
 };

@@ -7,11 +7,16 @@
 namespace firn {
 
 enum class Layer { beauty, albedo, normal, depth, sparkle, subsurface, samples, variance };
+inline constexpr const char* kLayerNames[] = {"beauty",  "albedo",     "normal",  "depth",
+                                              "sparkle", "subsurface", "samples", "variance"};
+constexpr const char* layer_name(Layer layer) { return kLayerNames[static_cast<int>(layer)]; }
 
 // 3 for colours and normals, else 1.
 constexpr int channels_of(Layer layer) {
   return layer == Layer::depth || layer == Layer::samples || layer == Layer::variance ? 1 : 3;
 }
+
+enum class ToneMap { soft, srgb, filmic };  // how light becomes 8 bits: src/io/tone.h
 
 struct LayerImage {
   Layer layer = Layer::beauty;

@@ -7,8 +7,11 @@
 
 #include "kernels/table.h"
 #include "src/core/parallel.h"
+#include "src/render/adaptive.h"
+#include "src/render/denoise.h"
 #include "src/render/ice.h"
 #include "src/render/path.h"
+#include "src/render/relief.h"
 
 namespace firn {
 namespace {
@@ -19,6 +22,14 @@ constexpr std::uint32_t kSamplesAtOnce = 16;  // a pixel; bounds the memory of a
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// Sparkle is no noise: it is taken out before and put back as it was.
+std::vector<float> denoised(const Film& film) {
+  std::vector<float> rgb = denoise(film.noisy());
+  const std::vector<float> sparkle = std::move(film.picture({Layer::sparkle}).layers[0].values);
+  for (std::size_t i = 0; i < rgb.size(); ++i) rgb[i] += sparkle[i];
+  return rgb;
 }
 
 }  // namespace
@@ -35,7 +46,8 @@ struct Renderer::State {
         snow(table.trace),
         tint(setup.image.ice) {}
 
-  void build(const Snapshot& snapshot) {
+  void build(const Snapshot& snapshot, RenderStats& stats) {
+    const auto start = Clock::now();
     grid.build(snapshot, setup.snow, true);
     snow.build(grid, snapshot, setup.snow, setup.image.snow);
     const SnowLook look = setup.snow.empty() ? SnowLook{} : setup.snow.front();
@@ -46,6 +58,8 @@ struct Renderer::State {
     const Bounds bounds = lit_bounds(snapshot.time);
     lights.place(grid.origin(), bounds.center() - grid.origin(),
                  static_cast<float>(0.5 * bounds.size().norm()));
+    stats.build_seconds += seconds_since(start);
+    stats.grid_bytes = std::max(stats.grid_bytes, grid.bytes() + snow.bytes());
   }
 
   // What light subpaths should reach: all that has an end, world space.
@@ -69,27 +83,82 @@ struct Renderer::State {
     return bounds;
   }
 
-  // False if stopped; adds up the rays.
-  bool trace(const Snapshot& snapshot, const PixelSet& wanted, std::uint64_t& rays,
+  // Adds a range of samples of the world as it was built last.
+  void trace(const Snapshot& snapshot, const SampleRange& range, RenderStats& stats,
              const std::atomic<bool>& stop) {
+    const auto start = Clock::now();
     const World world{kernels, objects, lights, media, snow.view(), scattering};
     const View view{world, camera, grid, snow, snapshot, setup, tint};
-    const auto samples = static_cast<std::uint32_t>(setup.image.samples);
     const int width = film.width(), height = film.height();
     const int across = (width + kTile - 1) / kTile, down = (height + kTile - 1) / kTile;
     std::atomic<std::uint64_t> count{0};
     parallel_for(static_cast<std::size_t>(across) * down, 1, [&](std::size_t index) {
-      if (stop.load(std::memory_order_relaxed)) return;
       const int x = static_cast<int>(index % across) * kTile, y = static_cast<int>(index / across) * kTile;
       const Tile tile{x, y, std::min(x + kTile, width), std::min(y + kTile, height)};
+      if (!wanted.any(tile)) return;
       TilePaths paths(view);
-      for (std::uint32_t first = 0; first < samples; first += kSamplesAtOnce) {
-        const std::uint32_t last = std::min(first + kSamplesAtOnce, samples);
+      for (std::uint32_t first = range.first; first < range.last; first += kSamplesAtOnce) {
+        if (stop.load(std::memory_order_relaxed)) return;
+        const std::uint32_t last = std::min(first + kSamplesAtOnce, range.last);
         count.fetch_add(paths.trace(tile, first, last, wanted, film), std::memory_order_relaxed);
       }
     });
-    rays = count.load();
+    stats.rays += count.load();
+    stats.trace_seconds += seconds_since(start);
+  }
+
+  // Moments at which a frame is seen: one without a shutter, else the middles of even parts of the time that
+  // it is open, which is centred on the frame's.
+  std::uint32_t moments() const {
+    const int slices = setup.camera.shutter > 0 ? setup.image.motion_slices : 1;
+    return static_cast<std::uint32_t>(std::min(slices, setup.image.samples));
+  }
+
+  // The snow as it is at a moment: each particle goes on with its velocity.
+  const Snapshot& at_moment(const Snapshot& snapshot, std::uint32_t moment) {
+    const double open = setup.camera.shutter * setup.frame_seconds;
+    const double late = open * ((moment + 0.5) / moments() - 0.5);
+    moved = snapshot;
+    moved.time += late;
+    for (int a = 0; a < 3; ++a) {
+      parallel_chunks(moved.size(), 65536, [&](std::size_t, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) moved.x[a][i] += static_cast<float>(late) * moved.v[a][i];
+      });
+    }
+    return moved;
+  }
+
+  // False if stopped. Every moment has its share of each round, so that all of them weigh alike in every
+  // pixel, whenever it is done.
+  bool expose(const Snapshot& snapshot, RenderStats& stats, const std::atomic<bool>& stop) {
+    const auto samples = static_cast<std::uint32_t>(setup.image.samples);
+    const std::uint32_t parts = moments();
+    film.begin(setup.image.width, setup.image.height, camera.filter(), content());
+    wanted = PixelSet(setup.image.width, setup.image.height);
+    if (parts == 1) build(snapshot, stats);
+    for (SampleRange round; round.last < samples && !stop.load();) {
+      round = next_round(round.last, samples, setup.image.noise > 0);
+      for (std::uint32_t part = 0; part < parts; ++part) {
+        const Snapshot& now = parts == 1 ? snapshot : at_moment(snapshot, part);
+        if (parts > 1) build(now, stats);
+        trace(now, share(round, part, parts), stats, stop);
+      }
+      if (round.last < samples) drop_finished(film, setup.image.noise, wanted);
+    }
     return !stop.load();
+  }
+
+  FilmContent content() const {
+    const auto asked = [this](Layer layer) {
+      return std::find(setup.layers.begin(), setup.layers.end(), layer) != setup.layers.end();
+    };
+    FilmContent content;
+    content.guides = asked(Layer::albedo) || asked(Layer::normal) || asked(Layer::depth);
+    content.denoise = setup.denoise;
+    content.sparkle = asked(Layer::sparkle);
+    content.subsurface = asked(Layer::subsurface);
+    content.splats = ways_of(setup.image).to_camera;
+    return content;
   }
 
   const kernels::TraceKernels& kernels;
@@ -103,6 +172,8 @@ struct Renderer::State {
   kernels::MediumField scattering;
   IceTint tint;
   Film film;
+  PixelSet wanted;
+  Snapshot moved;
 };
 
 Renderer::Renderer(const kernels::KernelTable& kernels, RenderSetup setup)
@@ -110,19 +181,17 @@ Renderer::Renderer(const kernels::KernelTable& kernels, RenderSetup setup)
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 
-bool Renderer::render(const Snapshot& snapshot, Picture& picture, RenderStats& stats,
+bool Renderer::render(const Snapshot& given, Picture& picture, RenderStats& stats,
                       const std::atomic<bool>& stop) {
-  const ImageSettings& image = state_->setup.image;
-  state_->film.begin(image.width, image.height, state_->camera.filter(), {});
   stats = {};
-  const auto start = Clock::now();
-  state_->build(snapshot);
-  stats.build_seconds = seconds_since(start);
-  stats.grid_bytes = state_->grid.bytes() + state_->snow.bytes();
-  const auto traced = Clock::now();
-  const bool finished = state_->trace(snapshot, {image.width, image.height}, stats.rays, stop);
-  stats.trace_seconds = seconds_since(traced);
-  picture = state_->film.picture({});
+  const int detail = state_->setup.image.detail;
+  const Snapshot finer = detail > 1 ? with_relief(given, detail) : Snapshot{};
+  const bool finished = state_->expose(detail > 1 ? finer : given, stats, stop);
+  const Film& film = state_->film;
+  stats.mean_samples =
+      static_cast<double>(film.samples()) / (static_cast<double>(film.width()) * film.height());
+  picture = film.picture(state_->setup.layers);
+  if (finished && state_->setup.denoise) picture.rgb = denoised(film);
   return finished;
 }
 

@@ -19,7 +19,8 @@ namespace firn {
 struct RenderStats {
   double build_seconds = 0;  // render grid
   double trace_seconds = 0;
-  std::uint64_t rays = 0;  // primary + shadow + bounce
+  double mean_samples = 0;  // a pixel
+  std::uint64_t rays = 0;   // primary + shadow + bounce
   std::size_t grid_bytes = 0;
 };
 

@@ -15,6 +15,7 @@
 #include "src/geometry/shape.h"
 #include "src/render/ice.h"
 #include "src/render/image_texture.h"
+#include "src/render/picture.h"
 
 namespace firn {
 
@@ -59,6 +60,7 @@ struct ImageSettings {
   std::optional<double> filter_width = {};  // pixels from end to end; absent: as filter.h has it
   double noise = 0;                   // relative error at which a pixel is done; 0: it takes all samples
   int motion_slices = 4;              // moments that a frame with an open shutter is put together from
+  int detail = 1;                     // particles are drawn as detail^3 each: src/render/relief.h
   IceSource ice = IceSource::picard;  // of all snow: a path sums up its ice and asks once for the tint
 };
 
@@ -128,10 +130,10 @@ struct Medium {  // homogeneous, within a convex shape: ball, box, cylinder, cap
 
 // The facets of ice that glint in the light of a snow object: src/render/sparkle.h.
 struct SparkleSettings {
-  double density = 0;    // facets per m^2 of surface; 0: none
-  double size = 0.2e-3;  // m, radius of a facet
-  double roughness = 1;  // degrees: its normals fill a cone of this half-angle
-  double strength = 1;   // of the glints; 1 is what ice reflects
+  double density = 0;     // facets per m^2 of surface; 0: none
+  double size = 0.25e-3;  // m, radius of a facet
+  double roughness = 3;   // degrees: its normals fill a cone of this half-angle
+  double strength = 1;    // of the glints; 1 is what ice reflects
 };
 
 struct SnowLook {                             // one per snow object
@@ -153,6 +155,8 @@ struct RenderSetup {
   std::vector<Medium> media;
   std::vector<SnowLook> snow;  // index = Snapshot::object
   std::uint64_t seed = 1;
+  std::vector<Layer> layers;  // kept of each picture beside its beauty
+  bool denoise = false;
   double frame_seconds = 1.0 / 24;  // simulated, from one frame to the next
 };
 

@@ -51,6 +51,7 @@ struct Sparkle::Query {
   float chord2_of_light, footprint;
   float reach2;  // m^2, of particles from `middle`
   Vec3f middle;
+  float volume = -1, side = 0;  // m^3, m, of the last particle: most are alike
 };
 
 Sparkle::Sparkle(const RenderGrid& grid, const Snapshot& snapshot, const std::vector<SnowLook>& looks)
@@ -71,7 +72,7 @@ bool Sparkle::any() const {
 
 // Sum over a particle's facets of area share times cone share, 1/sr. A facet counts by its depth as well, in
 // full half a spacing deep and not at all at the surface and one spacing deep, so that none comes at once.
-float Sparkle::add_particle(std::uint32_t sorted, const Query& query) const {
+float Sparkle::add_particle(std::uint32_t sorted, Query& query) const {
   const std::uint32_t particle = grid_.snapshot_index(sorted);
   const Look& look = looks_[std::min<std::size_t>(snapshot_.object[particle], looks_.size() - 1)];
   const std::uint32_t id = snapshot_.id[particle];
@@ -89,10 +90,13 @@ float Sparkle::add_particle(std::uint32_t sorted, const Query& query) const {
           .transpose();
   const Vec3f p = back * (query.p - grid_.center(sorted)), normal = back * query.normal,
               half = back * query.half;
-  const auto side = static_cast<float>(portable_cbrt(volume));
+  if (volume != query.volume) {
+    query.volume = volume;
+    query.side = static_cast<float>(portable_cbrt(volume));
+  }
   float sum = 0;
   for (std::uint32_t k = 0; k < facets; ++k) {
-    const Vec3f from = side * facet_place(id, k) - p;
+    const Vec3f from = query.side * facet_place(id, k) - p;
     const float depth = -from.dot(normal), by_depth = 1 - std::fabs(depth / layer_ - 1);
     if (by_depth <= 0 || from.squaredNorm() - depth * depth > seen * seen) continue;
     const Vec3f facet = facet_normal(id, k);
@@ -108,7 +112,7 @@ float Sparkle::brdf(const Vec3f& p, const Vec3f& normal, const Vec3f& wo, const 
   if (looks_.empty() || !(cos_o > 0 && cos_i > 0)) return 0;
   const Vec3f half = (wo + wi).normalized();
   const float reach = 1.42f * layer_ + 0.87f * static_cast<float>(grid_.spacing());
-  const Query query{
+  Query query{
       p, normal, half, 0.25f * light_cone * light_cone, footprint, reach * reach, p - layer_ * normal};
   const kernels::TraceGrid& view = grid_.view();
   int low[3], high[3];

@@ -49,7 +49,7 @@ class Sparkle {
     float chord2;      // of the cone of its normals on the unit sphere
   };
   struct Query;
-  float add_particle(std::uint32_t sorted, const Query& query) const;
+  float add_particle(std::uint32_t sorted, Query& query) const;
 
   const RenderGrid& grid_;
   const Snapshot& snapshot_;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // In: a SceneConfig. Out: what the renderer is told: surfaces by number, objects, lights.
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "src/scene/load_texture.h"
 #include "src/scene/place_shape.h"
@@ -106,6 +108,12 @@ RenderSetup build_render(const SceneConfig& scene) {
   RenderSetup setup;
   setup.camera = scene.camera;
   setup.image = scene.image;
+  setup.frame_seconds = scene.time.speed / scene.time.fps;
+  setup.denoise = scene.output.denoise;
+  for (const std::string& name : scene.output.layers) {
+    const auto* found = std::find(std::begin(kLayerNames), std::end(kLayerNames), name);
+    setup.layers.push_back(static_cast<Layer>(found - std::begin(kLayerNames)));
+  }
   setup.seed = scene.simulation.seed;
   add_surfaces(scene, setup);
   place_objects(scene, setup);

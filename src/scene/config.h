@@ -133,8 +133,11 @@ struct SimulationConfig {
 };
 
 struct OutputConfig {
-  std::vector<std::string> formats = {"png"};  // png ppm pfm
-  double exposure = 0;                         // stops
+  std::vector<std::string> formats = {"png"};    // png ppm pfm exr
+  std::vector<std::string> layers = {"beauty"};  // of pfm and exr files, names of enum Layer
+  double exposure = 0;                           // stops
+  ToneMap tone_map = ToneMap::soft;
+  bool denoise = false;
   bool movie = true;
   bool particles = false;     // keep every frame's particles for `firn render RUN`
   int checkpoint_every = 10;  // frames; 0 = only when interrupted

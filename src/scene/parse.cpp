@@ -98,26 +98,26 @@ std::vector<std::string> list(const KeySpec& key, const RawValue& raw) {
   return items;
 }
 
-// What one key frame says.
-const KeySpec kFrameKeys[] = {
-    {"time", ValueType::number, {.unit = "s", .range = at_least(0)}, {}, {}},
-    {"position", ValueType::vector, {.unit = "m"}, {}, {}},
-    {"rotation", ValueType::vector, {.unit = "degrees"}, {}, {}},
-};
+// What one key frame says: its time, its position and one vector more.
+const KeySpec kKeyTime = {"time", ValueType::number, {.unit = "s", .range = at_least(0)}, {}, {}};
+const KeySpec kKeyPosition = {"position", ValueType::vector, {.unit = "m"}, {}, {}};
+const KeySpec kKeyRotation = {"rotation", ValueType::vector, {.unit = "degrees"}, {}, {}};
+const KeySpec kKeyTarget = {"target", ValueType::vector, {.unit = "m"}, {}, {}};
 
-KeyFrameConfig key_frame(const KeySpec& key, const RawValue& raw) {
+template <class Frame>
+Frame key_frame(const KeySpec& key, const RawValue& raw, const KeySpec& other, Vec3 Frame::*value) {
   if (!raw.table()) refuse_type(key, raw);
-  KeyFrameConfig frame;
+  Frame frame;
   for (const RawEntry& entry : raw.table()->entries) {
-    if (entry.key == "time") {
-      frame.time = number(kFrameKeys[0], entry.value);
-    } else if (entry.key == "position") {
-      frame.position = vector(kFrameKeys[1], entry.value);
-    } else if (entry.key == "rotation") {
-      frame.rotation = vector(kFrameKeys[2], entry.value);
+    if (entry.key == kKeyTime.name) {
+      frame.time = number(kKeyTime, entry.value);
+    } else if (entry.key == kKeyPosition.name) {
+      frame.position = vector(kKeyPosition, entry.value);
+    } else if (entry.key == other.name) {
+      frame.*value = vector(other, entry.value);
     } else {
       refuse(entry.where, "unknown key '" + entry.key + "' in '" + key.name + "'" +
-                              suggestion(entry.key, {"time", "position", "rotation"}));
+                              suggestion(entry.key, {kKeyTime.name, kKeyPosition.name, other.name}));
     }
   }
   if (!raw.table()->find("time"))
@@ -125,16 +125,30 @@ KeyFrameConfig key_frame(const KeySpec& key, const RawValue& raw) {
   return frame;
 }
 
-std::vector<KeyFrameConfig> key_frames(const KeySpec& key, const RawValue& raw) {
+template <class Frame>
+std::vector<Frame> key_frames(const KeySpec& key, const RawValue& raw, const KeySpec& other,
+                              Vec3 Frame::*value) {
   if (!raw.array() || raw.array()->empty()) refuse_type(key, raw);
-  std::vector<KeyFrameConfig> frames;
+  std::vector<Frame> frames;
   for (const RawValue& item : *raw.array()) {
-    frames.push_back(key_frame(key, item));
+    frames.push_back(key_frame(key, item, other, value));
     if (frames.size() > 1 && frames.back().time <= frames[frames.size() - 2].time) {
       refuse(item.where, "'" + key.name + "': the times of the key frames do not ascend");
     }
   }
   return frames;
+}
+
+// Of a camera: where it is and what it looks at, both.
+std::vector<CameraKey> camera_keys(const KeySpec& key, const RawValue& raw) {
+  std::vector<CameraKey> keys = key_frames(key, raw, kKeyTarget, &CameraKey::target);
+  for (const RawValue& item : *raw.array()) {
+    for (const KeySpec* part : {&kKeyPosition, &kKeyTarget}) {
+      if (item.table()->find(part->name)) continue;
+      refuse(item.where, "a key frame of '" + key.name + "' lacks '" + part->name + "', 3 numbers (m)");
+    }
+  }
+  return keys;
 }
 
 Value convert(const KeySpec& key, const RawValue& raw) {
@@ -151,7 +165,9 @@ Value convert(const KeySpec& key, const RawValue& raw) {
     case ValueType::list:
       return list(key, raw);
     case ValueType::key_frames:
-      return key_frames(key, raw);
+      return key_frames(key, raw, kKeyRotation, &KeyFrameConfig::rotation);
+    case ValueType::camera_keys:
+      return camera_keys(key, raw);
     default:
       return vector(key, raw);
   }

@@ -61,10 +61,17 @@ struct TomlText {
     return result + "]";
   }
   std::string operator()(const std::vector<KeyFrameConfig>& keys) const {
+    return key_frames(keys, "rotation", &KeyFrameConfig::rotation);
+  }
+  std::string operator()(const std::vector<CameraKey>& keys) const {
+    return key_frames(keys, "target", &CameraKey::target);
+  }
+  template <class Key>
+  std::string key_frames(const std::vector<Key>& keys, const char* other, Vec3 Key::*value) const {
     std::string result = "[";
-    for (const KeyFrameConfig& key : keys) {
+    for (const Key& key : keys) {
       result += (result.size() > 1 ? ", {time = " : "{time = ") + toml_number(key.time) +
-                ", position = " + (*this)(key.position) + ", rotation = " + (*this)(key.rotation) + "}";
+                ", position = " + (*this)(key.position) + ", " + other + " = " + (*this)(key.*value) + "}";
     }
     return result + "]";
   }
@@ -148,6 +155,8 @@ std::string type_text(const KeySpec& key) {
       return "3 numbers";
     case ValueType::key_frames:
       return "a list of {time = 0.0, position = [0, 0, 0], rotation = [0, 0, 0]}";
+    case ValueType::camera_keys:
+      return "a list of {time = 0.0, position = [0, 0, 0], target = [0, 0, 0]}";
     case ValueType::color:
       return "a number or 3 numbers (red, green, blue)";
     default:

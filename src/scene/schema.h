@@ -15,9 +15,9 @@
 
 namespace firn {
 
-enum class ValueType { boolean, integer, number, text, vector, color, list, key_frames };
+enum class ValueType { boolean, integer, number, text, vector, color, list, key_frames, camera_keys };
 using Value = std::variant<bool, std::int64_t, double, std::string, Vec3, std::vector<std::string>,
-                           std::vector<KeyFrameConfig>>;
+                           std::vector<KeyFrameConfig>, std::vector<CameraKey>>;
 
 // The allowed numbers; of a vector, of each component.
 struct Range {

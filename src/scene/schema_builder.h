@@ -33,6 +33,7 @@ constexpr ValueType value_type() {
   if constexpr (std::is_same_v<T, Vec3>) return ValueType::vector;
   if constexpr (std::is_same_v<T, Vec3f>) return ValueType::color;
   if constexpr (std::is_same_v<T, std::vector<KeyFrameConfig>>) return ValueType::key_frames;
+  if constexpr (std::is_same_v<T, std::vector<CameraKey>>) return ValueType::camera_keys;
   return ValueType::list;
 }
 

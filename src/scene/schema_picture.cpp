@@ -16,6 +16,26 @@ TableSpec camera_table() {
   t.key("up", &Camera::up, {.meaning = "this direction is up in the picture"});
   t.key("fov", &Camera::fov,
         {.unit = "degrees", .range = {0, 180, true, true}, .meaning = "vertical field of view"});
+  t.key("aperture", &Camera::aperture,
+        {.unit = "m",
+         .range = at_least(0),
+         .meaning = "radius of the lens: what is not in focus is blurred by it; 0: all is sharp"});
+  t.key("focus", &Camera::focus,
+        {.unit = "m",
+         .range = above(0),
+         .absent = "the target's distance",
+         .meaning = "distance along the line of sight of the plane that is sharp"});
+  t.key("shutter", &Camera::shutter,
+        {.range = between(0, 1),
+         .meaning = "part of the time between two frames that the shutter is open, about the frame's time: "
+                    "what moves is blurred; 0: a moment"});
+  t.key(
+      "motion", &Camera::motion,
+      {.unit = "s, m",
+       .absent = "it stands still",
+       .meaning = "key frames, instead of position and target: at `time` of the simulation the camera is at "
+                  "`position` and looks at `target`; straight and even between keys, at rest before the "
+                  "first and after the last"});
   return t.take();
 }
 
@@ -27,6 +47,23 @@ TableSpec image_table() {
   t.key("height", &I::height, {.unit = "pixels", .range = between(1, 32768), .meaning = "of the picture"});
   t.key("samples", &I::samples,
         {.range = between(1, 1000000), .meaning = "paths a pixel: more is less noise"});
+  t.key(
+      "noise", &I::noise,
+      {.range = between(0, 1),
+       .meaning = "relative error at which a pixel is done before it has taken all samples (at least 16); 0: "
+                  "none is"});
+  t.key("filter", &I::filter,
+        {.choices = {"box", "tent", "gaussian", "blackman_harris"},  // in the order of enum FilterKind
+         .meaning = "how a pixel weighs the light about its centre"});
+  t.key("filter_width", &I::filter_width,
+        {.unit = "pixels",
+         .range = {0, 16, true, false},
+         .absent = "1 for box, 2 for tent, 3 for the others",
+         .meaning = "from end to end"});
+  t.key("motion_slices", &I::motion_slices,
+        {.range = between(1, 1000),
+         .meaning = "moments that the blur of an open shutter is put together from; the snow is gridded anew "
+                    "for each"});
   t.key("snow", &I::snow,
         {.choices = {"smooth", "spheres"},
          .meaning =
@@ -50,6 +87,11 @@ TableSpec image_table() {
   t.key("reference", &I::reference,
         {.meaning = "nothing but the equations: every collision in the snow is followed with its true phase "
                     "function"});
+  t.key("detail", &I::detail,
+        {.range = between(1, 6),
+         .meaning = "close-ups: each particle is drawn as detail^3 smaller ones that move and turn with it, "
+                    "for relief "
+                    "and grain below its size; takes the memory of so many particles"});
   t.key("ice", &I::ice,
         {.choices = {"picard", "warren_brandt"},
          .meaning = "measured absorption of ice: Picard et al. 2016, natural snow; Warren and Brandt 2008, "
@@ -249,8 +291,22 @@ TableSpec output_table() {
   using O = OutputConfig;
   auto t = single_table<O>("output", "what is written",
                            [](SceneConfig& s, std::size_t) -> O& { return s.output; });
-  t.key("formats", &O::formats,
-        {.choices = {"png", "ppm", "pfm"}, .meaning = "of the pictures; pfm is linear, without exposure"});
+  t.key(
+      "formats", &O::formats,
+      {.choices = {"png", "ppm", "pfm", "exr"},
+       .meaning = "of the pictures; pfm and exr are linear, without exposure; exr where firn was built with "
+                  "OpenEXR"});
+  t.key("layers", &O::layers,
+        {.choices = {std::begin(kLayerNames), std::end(kLayerNames)},
+         .meaning = "of pfm (a file each) and exr (one file): beauty, which is always there; the first "
+                    "surface's albedo, normal and depth (m); the light of sparkle and of paths below a "
+                    "surface; samples and the variance of the mean luminance of each pixel"});
+  t.key("denoise", &O::denoise,
+        {.meaning = "take noise out of the pictures, sparkle left as it is; the layers stay as they are"});
+  t.key("tone_map", &O::tone_map,
+        {.choices = {"soft", "srgb", "filmic"},  // in the order of enum ToneMap
+         .meaning = "of png and ppm. soft: as it is up to 0.5, brighter light rolls off; srgb: clipped at 1; "
+                    "filmic: darker shadows, more contrast, a long roll-off"});
   t.key("exposure", &O::exposure,
         {.unit = "stops", .range = between(-30, 30), .meaning = "+1 is twice as bright"});
   t.key("movie", &O::movie, {.meaning = "make a movie of the pictures"});

@@ -163,7 +163,7 @@ void add_look_keys(TableBuilder<SnowConfig>& t) {
   t.key("sparkle", sparkle(&SparkleSettings::density),
         {.unit = "1/m^2",
          .range = at_least(0),
-         .meaning = "facets of ice on the surface that may glint; 0: none"});
+         .meaning = "facets of ice on the surface that may glint: some 4e6 on fresh snow; 0: none"});
   t.key("sparkle_size", sparkle(&SparkleSettings::size),
         {.unit = "m", .range = above(0), .meaning = "radius of a facet: larger glints are brighter"});
   t.key("sparkle_roughness", sparkle(&SparkleSettings::roughness),

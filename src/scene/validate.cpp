@@ -35,6 +35,36 @@ struct Checker {
     if (view.cross(c.up.normalized()).norm() < 1e-9) {
       refuse("camera", "up", "the camera's up direction is the direction that it looks in");
     }
+    if (c.focus && c.aperture == 0) {
+      refuse("camera", "focus", "'focus' is given, but no 'aperture': without a lens all is sharp");
+    }
+    if (c.motion) camera_motion(c);
+  }
+
+  void camera_motion(const Camera& c) const {
+    for (const char* key : {"position", "target"}) {
+      if (given("camera", key)) {
+        refuse("camera", key,
+               std::string("both '") + key + "' and 'motion' are given: the motion has its own");
+      }
+    }
+    for (const CameraKey& key : *c.motion) {
+      const Vec3 view = key.target - key.position;
+      if (view.norm() > 0 && view.normalized().cross(c.up.normalized()).norm() >= 1e-9) continue;
+      refuse("camera", "motion",
+             "at a key frame of 'motion' the camera is at its target, or looks along 'up'");
+    }
+  }
+
+  void output() const {
+    const auto& formats = scene.output.formats;
+    const auto& layers = scene.output.layers;
+    const bool more = std::any_of(layers.begin(), layers.end(), [](const auto& l) { return l != "beauty"; });
+    const bool linear = std::any_of(formats.begin(), formats.end(),
+                                    [](const auto& format) { return format == "pfm" || format == "exr"; });
+    if (more && !linear) {
+      refuse("output", "layers", "png and ppm hold the beauty alone: add \"pfm\" or \"exr\" to formats");
+    }
   }
 
   void simulation() const {
@@ -183,6 +213,7 @@ struct Checker {
   void all() const {
     word("", scene.name);
     camera();
+    output();
     simulation();
     if (scene.snow.empty()) refuse("", "", "empty snow: the scene has no [[snow]]");
     names("snow", scene.snow);
