@@ -64,7 +64,7 @@ TEST_CASE("a value of the wrong type is told from the expected one with its unit
       {kBall + "[time]\nfps = 1979-05-27",
        "scene.toml:6:7: 'fps': expected a number in 1/s, got a date or time"},
       {kBall + "[output]\nformats = [\"png\", \"pgf\"]",
-       "scene.toml:6:19: 'formats': expected list of png, ppm, pfm, got 'pgf', did you mean 'png'?"},
+       "scene.toml:6:19: 'formats': expected list of png, ppm, pfm, exr, got 'pgf', did you mean 'png'?"},
       {kBall + "preset = \"freshh\"",
        "scene.toml:5:10: 'preset': expected one of fresh, powder, packed, wet, ice_crust, dry_slab, "
        "weak_layer, sand, "
@@ -128,7 +128,7 @@ TEST_CASE("a key of another shape, type or model is refused instead of ignored")
       {kBall + "sigma_min = 0.9",
        "scene.toml:5:1: 'sigma_min' belongs to model = neo_hookean, but this one has model = snow"},
       {kBall + "[[light]]\ntype = \"sky\"\nradiance = 3",
-       "scene.toml:7:1: 'radiance' belongs to type = quad or sphere or constant or image, but this one has type = "
+       "scene.toml:7:1: 'radiance' belongs to type = quad or sphere or constant, but this one has type = "
        "sky"},
   });
 }
