@@ -28,7 +28,7 @@ void TilePaths::walk_eyes() {
     subpath.meets = ways_.to_camera ? pixels : 0;  // as many light subpaths can be seen at each pixel
     go_on(subpath, ray.origin, ray.direction, kEyes);
   }
-  for (bool first = true; fly(); first = false) {
+  for (bool first = true; fly(first); first = false) {
     clear_links();
     for (std::size_t ray = 0; ray < rays_.size(); ++ray) visit(ray);
     if (first) see_snow();
@@ -135,16 +135,13 @@ void TilePaths::note_first(std::size_t ray, const Vertex& vertex) {
 // The first rays know where they scattered in the snow; what the eye takes for its surface lies before.
 void TilePaths::see_snow() {
   if (view_.grid.size() == 0) return;
-  const kernels::TraceKernels& kernels = view_.world.kernels;
-  if (view_.setup.image.snow == SnowShape::smooth) {
-    kernels.surface_closest(view_.field.view(), view_.field.surface(), rays_.view(), 0, rays_.size());
-  } else {
-    kernels.closest_coherent(view_.grid.view(), rays_.view(), 0, rays_.size());
+  if (view_.setup.image.snow_light == SnowLight::inside) {
+    Flights(view_.world).find_surface(rays_, true);
+    rays_traced_ += rays_.size();
   }
-  rays_traced_ += rays_.size();
   for (std::size_t ray = 0; ray < rays_.size(); ++ray) {
     const std::uint32_t hit = rays_.hit(ray);
-    if (hit == kernels::kNoHit) continue;
+    if (hit == kernels::kNoHit || arrivals_[ray].what == Meets::object) continue;
     const bool ball = hit != kernels::kSurfaceHit;
     const Vec3f p = rays_.at_hit(ray), back = -rays_.direction(ray);
     const Vec3f normal =

@@ -8,18 +8,34 @@ constexpr std::uint64_t kOtherMedia = 0x6d656469612e2e2eull;  // a stream of ran
 
 }  // namespace
 
-void Flights::fly(RayStream& rays, const std::vector<std::uint64_t>& keys, std::vector<Arrival>& arrivals) {
+void Flights::find_surface(RayStream& rays, bool first) const {
+  if (world_.image.snow == SnowShape::smooth) {
+    world_.kernels.surface_closest(world_.field.view(), world_.field.surface(), rays.view(), 0, rays.size());
+  } else {
+    const auto closest = first ? world_.kernels.closest_coherent : world_.kernels.closest;
+    closest(world_.grid.view(), rays.view(), 0, rays.size());
+  }
+}
+
+void Flights::fly(RayStream& rays, const std::vector<std::uint64_t>& keys, bool first,
+                  std::vector<Arrival>& arrivals) {
   const std::size_t count = rays.size();
   arrivals.resize(count);
   // Most flights end in snow after a few cells: what they meet there shortens the search for all else.
-  world_.kernels.collide(world_.grid, world_.snow, rays.view(), keys.data(), 0, count);
+  if (inside_) {
+    world_.kernels.collide(world_.field.view(), world_.snow, rays.view(), keys.data(), 0, count);
+  } else {
+    find_surface(rays, first);
+  }
   for (std::size_t i = 0; i < count; ++i) {
     Arrival& arrival = arrivals[i];
     arrival = {};
     const Vec3f o = rays.origin(i), d = rays.direction(i);
     float& t = rays.t(i);
-    if (rays.hit(i) != kernels::kNoHit)
-      arrival.what = rays.hit(i) == kernels::kDeepCollision ? Meets::deep_snow : Meets::snow;
+    if (rays.hit(i) != kernels::kNoHit) {
+      const bool deep = rays.hit(i) == kernels::kDeepCollision;
+      arrival.what = !inside_ ? Meets::snow_surface : deep ? Meets::deep_snow : Meets::snow;
+    }
     arrival.object = world_.objects.closest(o, d, t);
     if (arrival.object.object >= 0) {
       t = arrival.object.t;
@@ -42,7 +58,14 @@ void Flights::fly(RayStream& rays, const std::vector<std::uint64_t>& keys, std::
 void Flights::pass(RayStream& rays, const std::vector<std::uint64_t>& keys, std::vector<Vec3f>& through) {
   const std::size_t count = rays.size();
   through.assign(count, Vec3f::Zero());
-  world_.kernels.collide(world_.grid, world_.snow, rays.view(), keys.data(), 0, count);
+  const kernels::TraceKernels& kernels = world_.kernels;
+  if (inside_) {
+    kernels.collide(world_.field.view(), world_.snow, rays.view(), keys.data(), 0, count);
+  } else if (world_.image.snow == SnowShape::smooth) {
+    kernels.surface_occluded(world_.field.view(), world_.field.surface(), rays.view(), 0, count);
+  } else {
+    kernels.occluded(world_.grid.view(), rays.view(), 0, count);
+  }
   for (std::size_t i = 0; i < count; ++i) {
     if (rays.hit(i) != kernels::kNoHit) continue;
     const Vec3f o = rays.origin(i), d = rays.direction(i);

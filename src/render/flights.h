@@ -16,7 +16,8 @@
 
 namespace firn {
 
-enum class Meets : std::uint8_t { nothing, light, object, snow, deep_snow, medium };
+// snow, deep_snow: a collision inside; snow_surface: where snow that only has a surface begins.
+enum class Meets : std::uint8_t { nothing, light, object, snow, deep_snow, snow_surface, medium };
 
 struct Arrival {
   Meets what = Meets::nothing;
@@ -32,16 +33,25 @@ struct World {
   const ObjectSet& objects;
   const LightSet& lights;
   const MediumSet& media;
-  const kernels::TraceGrid& grid;  // the snow's cells
-  const kernels::MediumField& snow;
+  const RenderGrid& grid;
+  const SnowField& field;
+  const kernels::MediumField& snow;  // what of it scatters
+  const ImageSettings& image;
 };
 
 class Flights {
  public:
-  explicit Flights(const World& world) : world_(world) {}
+  explicit Flights(const World& world)
+      : world_(world), inside_(world.image.snow_light == SnowLight::inside) {}
 
   // Ray i ends at arrivals[i], its t there; `keys` make its random numbers.
-  void fly(RayStream& rays, const std::vector<std::uint64_t>& keys, std::vector<Arrival>& arrivals);
+  // rays.hit: of a surface of snow, its ball or kSurfaceHit. `first`: camera rays, which the kernels like for
+  // their neighbourhood.
+  void fly(RayStream& rays, const std::vector<std::uint64_t>& keys, bool first,
+           std::vector<Arrival>& arrivals);
+
+  // The snow's surface before the rays' reach, as rays.hit and t.
+  void find_surface(RayStream& rays, bool first) const;
 
   // What comes through of each ray up to its reach: 0 or 1 by objects and the snow (there by chance: on
   // average it is the transmittance), times that of other media.
@@ -49,6 +59,7 @@ class Flights {
 
  private:
   const World& world_;
+  bool inside_;  // light scatters in the snow
 };
 
 }  // namespace firn

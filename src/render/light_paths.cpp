@@ -47,7 +47,7 @@ void TilePaths::walk_lights(Film& film) {
     Vec3f origin, direction;
     if (start_light(subpath, origin, direction, lights_left_[k])) go_on(subpath, origin, direction, kLights);
   }
-  while (fly()) {
+  while (fly(false)) {
     clear_links();
     for (std::size_t ray = 0; ray < rays_.size(); ++ray) {
       Subpath& subpath = subpaths_[ray];

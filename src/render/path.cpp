@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "src/render/directions.h"
+#include "src/render/grain.h"
 #include "src/render/path_draws.h"
 #include "src/render/phase.h"
 
@@ -15,6 +17,7 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr int kBlock = 4;  // pixels: neighbours in a stream are neighbours on the film
 constexpr float kRouletteBelow = 0.5f;
+constexpr float kLift = 1, kAside = 1.5f;  // spacings
 constexpr float kShort = 1 - 1e-4f;  // of the way between two points, so as not to meet the farther's surface
 
 }  // namespace
@@ -98,7 +101,7 @@ void TilePaths::go_on(const Subpath& subpath, const Vec3f& from, const Vec3f& di
 }
 
 // All that went on finds where it arrives; false if nothing did.
-bool TilePaths::fly() {
+bool TilePaths::fly(bool first) {
   std::swap(subpaths_, next_subpaths_);
   std::swap(rays_, next_rays_);
   std::swap(keys_, next_keys_);
@@ -106,7 +109,7 @@ bool TilePaths::fly() {
   next_rays_.clear();
   next_keys_.clear();
   if (rays_.size() == 0) return false;
-  Flights(view_.world).fly(rays_, keys_, arrivals_);
+  Flights(view_.world).fly(rays_, keys_, first, arrivals_);
   rays_traced_ += rays_.size();
   return true;
 }
@@ -117,6 +120,30 @@ const SnowGrain& TilePaths::grain_at(const Vec3f& p, bool deep) const {
   const std::uint32_t near = view_.field.particle_near(p);
   return view_.grains.of(near == kernels::kNoHit ? 0 : view_.snapshot.object[view_.grid.snapshot_index(near)],
                          deep);
+}
+
+// Snow that only has a surface is matt there. Particles stand for thousands of grains, which noise on the
+// normal shows; light leaves it a little above and aside of where it came: that keeps clear of the bumps of
+// neighbouring particles and stands in for its way through the snow.
+void TilePaths::become_surface(Vertex& vertex, std::size_t ray, const Subpath& subpath) const {
+  const auto spacing = static_cast<float>(view_.grid.spacing());
+  const bool ball = rays_.hit(ray) != kernels::kSurfaceHit;
+  const std::uint32_t sorted = ball ? rays_.hit(ray) : view_.field.particle_near(vertex.p);
+  const std::uint32_t particle = view_.grid.snapshot_index(sorted);
+  const Vec3f from_center = vertex.p - view_.grid.center(sorted);
+  const Vec3f smooth =
+      ball ? Vec3f(from_center / view_.grid.radius(sorted)) : view_.field.normal(vertex.p, vertex.back);
+  Vec3f normal = (smooth + grain_slope(from_center / spacing, view_.snapshot.id[particle])).normalized();
+  // A normal that looks away from the viewer is turned until it sees him edge on.
+  const float facing = normal.dot(vertex.back);
+  if (facing < 0.02f) normal = (normal + (0.02f - facing) * vertex.back).normalized();
+  vertex.on_surface = true;
+  vertex.surface.kind = SurfaceKind::diffuse;
+  vertex.surface.normal = normal;
+  vertex.surface.albedo = view_.grains.of(view_.snapshot.object[particle], false).layer;
+  const Sample2 at = paths_[subpath.path].random.pair(kLinks + pair_of(subpath.vertices, kEmergence));
+  const Disc aside = on_circle(kAside * spacing * std::sqrt(at.u), at.v);
+  vertex.p += around(smooth, aside.x, aside.y, kLift * spacing);
 }
 
 TilePaths::Vertex TilePaths::arrive(Subpath& subpath, std::size_t ray) const {
@@ -132,6 +159,8 @@ TilePaths::Vertex TilePaths::arrive(Subpath& subpath, std::size_t ray) const {
     vertex.off = 4e-6f * std::max(vertex.p.cwiseAbs().maxCoeff(), t);
   } else if (arrival.what == Meets::medium) {
     vertex.g = view_.world.media[arrival.medium].g;
+  } else if (arrival.what == Meets::snow_surface) {
+    become_surface(vertex, ray, subpath);
   } else {
     const SnowGrain& grain = grain_at(vertex.p, arrival.what == Meets::deep_snow);
     vertex.g = grain.g;

@@ -120,7 +120,8 @@ class TilePaths {
   void connect(const Subpath& subpath, const Vertex& eye);
 
   void go_on(const Subpath& subpath, const Vec3f& from, const Vec3f& direction, std::uint32_t stream);
-  bool fly();
+  bool fly(bool first);
+  void become_surface(Vertex& vertex, std::size_t ray, const Subpath& subpath) const;
   Vertex arrive(Subpath& subpath, std::size_t ray) const;
   bool leave(Subpath& subpath, const Vertex& vertex, Carries carries, std::uint32_t stream,
              Vec3f& direction) const;

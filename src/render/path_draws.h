@@ -17,4 +17,6 @@ constexpr std::uint32_t pair_of(int vertices, std::uint32_t which) {
   return 5 * static_cast<std::uint32_t>(vertices) + which;
 }
 
+inline constexpr std::uint32_t kEmergence = 0;  // among the numbers of links
+
 }  // namespace firn

@@ -45,7 +45,7 @@ struct Renderer::State {
         grid(table.trace),
         snow(table.trace),
         tint(setup.image.ice),
-        grains(setup.snow) {}
+        grains(setup.snow, setup.image.ice) {}
 
   void build(const Snapshot& snapshot, RenderStats& stats) {
     const auto start = Clock::now();
@@ -88,7 +88,7 @@ struct Renderer::State {
   void trace(const Snapshot& snapshot, const SampleRange& range, RenderStats& stats,
              const std::atomic<bool>& stop) {
     const auto start = Clock::now();
-    const World world{kernels, objects, lights, media, snow.view(), scattering};
+    const World world{kernels, objects, lights, media, grid, snow, scattering, setup.image};
     const Sparkle sparkle(grid, snapshot, setup.snow);
     const View view{world, camera, grid, snow, snapshot, setup, tint, grains, sparkle};
     const int width = film.width(), height = film.height();

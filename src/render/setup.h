@@ -42,6 +42,10 @@ enum class SnowShape { smooth, spheres };
 enum class Integrator { bidirectional, path, light };
 enum class SamplerKind { sobol, independent };
 
+// Where the snow's light scatters: inside of it, by the equations; or, for speed, where it comes upon the
+// snow, which then is a matt surface as bright as deep snow of its grain.
+enum class SnowLight { inside, surface };
+
 enum class FilterKind { box, tent, gaussian, blackman_harris };
 
 struct ImageSettings {
@@ -56,6 +60,7 @@ struct ImageSettings {
   SamplerKind sampler = SamplerKind::sobol;
   bool reference = false;  // nothing but the equations: no similarity deep in the snow
   SnowShape snow = SnowShape::smooth;
+  SnowLight snow_light = SnowLight::surface;
   FilterKind filter = FilterKind::tent;
   std::optional<double> filter_width = {};  // pixels from end to end; absent: as filter.h has it
   double noise = 0;                   // relative error at which a pixel is done; 0: it takes all samples

@@ -14,6 +14,7 @@ struct SnowGrain {
   float g = 0;                   // mean cosine of a scattering; 0 in deep cells (SnowField::medium)
   float ice = 0;                 // m of ice that light crosses
   Vec3f albedo = Vec3f::Ones();  // what is left besides the ice's own absorption: dirt, sand
+  Vec3f layer = Vec3f::Ones();   // reflectance of a deep layer, all in all
 
   bool operator==(const SnowGrain& other) const {
     return g == other.g && ice == other.ice && albedo == other.albedo;
@@ -41,13 +42,27 @@ inline SnowGrain snow_grain(const SnowLook& look, bool deep) {
   return grain;
 }
 
+// Reflectance of a deep layer of snow under light from all sides, in red, green and blue light of 610, 545
+// and 460 nm: exp(-4 sqrt(co-albedo / (3 (1 - g)))), Kokhanovsky and Zege 2004 (Applied Optics 43, 1589).
+inline Vec3f layer_reflectance(const SnowLook& look, IceSource ice) {
+  const double wavelength[3] = {610, 545, 460};
+  Vec3f reflectance;
+  for (int c = 0; c < 3; ++c) {
+    const double lost = ice_absorption(ice, wavelength[c]) * look.ice_per_collision;
+    const double exponent = 4 * std::sqrt(lost / (3 * (1 - look.anisotropy)));
+    reflectance[c] = static_cast<float>(portable_exp(-exponent)) * look.albedo[c];
+  }
+  return reflectance;
+}
+
 class SnowGrains {
  public:
-  explicit SnowGrains(std::vector<SnowLook> looks) {
+  SnowGrains(std::vector<SnowLook> looks, IceSource ice) {
     if (looks.empty()) looks.emplace_back();
     for (const SnowLook& look : looks) {
       grains_.push_back(snow_grain(look, false));
       deep_.push_back(snow_grain(look, true));
+      grains_.back().layer = layer_reflectance(look, ice);
       alike_ = alike_ && grains_.back() == grains_.front();
     }
   }

@@ -74,6 +74,12 @@ TableSpec image_table() {
        .meaning = "how light is found: from the camera and from the lights, from the camera alone, from the "
                   "lights alone (which cannot see what is behind a mirror)"});
   t.key(
+      "snow_light", &I::snow_light,
+      {.choices = {"inside", "surface"},
+       .meaning =
+           "inside: light walks through the snow, with its blue and its glow; surface: it is reflected where "
+           "it comes upon the snow, as brightly as by a deep layer, some fifty times faster"});
+  t.key(
       "max_bounces", &I::max_bounces,
       {.range = between(0, 1000000),
        .meaning = "scatterings after the first, from the camera; 0 is direct light only. Light that fades is "

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+// The grain of snow below the size of a particle: a particle stands for thousands of crystals, and a smooth
+// ball in its place looks like plastic. Value noise of two octaves tilts the normal. It is anchored to the
+// particle (its id, its own frame), so that it travels with the snow and does not crawl.
+#pragma once
+#include <cstdint>
+
+#include "src/core/vector.h"
+
+namespace firn {
+
+// To be added to a unit normal. `local`: from the particle's centre, in particle spacings.
+Vec3f grain_slope(const Vec3f& local, std::uint32_t id);
+
+}  // namespace firn
