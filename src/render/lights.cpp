@@ -170,7 +170,7 @@ bool LightSet::hit(const Vec3f& o, const Vec3f& d, float& t, LightHit& out) cons
   return met >= 0;
 }
 
-bool LightSet::object_hit(int object, const Vec3f&, const Vec3f& d, const ObjectHit& met, LightHit& out) const {
+bool LightSet::object_hit(int object, const Vec3f& d, const ObjectHit& met, LightHit& out) const {
   const int lamp = lamp_of_object_[object];
   if (lamp < 0) return false;
   const float facing = -d.dot(met.normal);

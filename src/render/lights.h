@@ -73,7 +73,7 @@ class LightSet {
   bool hit(const Vec3f& o, const Vec3f& d, float& t, LightHit& out) const;
 
   // The ray met an object: false if it does not glow.
-  bool object_hit(int object, const Vec3f& o, const Vec3f& d, const ObjectHit& met, LightHit& out) const;
+  bool object_hit(int object, const Vec3f& d, const ObjectHit& met, LightHit& out) const;
 
   // What a ray that leaves the scene brings. Its pdf_emit is 0 if its line misses the disc.
   LightHit escape(const Vec3f& o, const Vec3f& d) const;

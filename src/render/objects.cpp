@@ -63,7 +63,8 @@ std::shared_ptr<const SurfaceArea> ObjectSet::area(int object) const {
 
 SurfacePoint ObjectSet::point(const ObjectHit& hit) const {
   const Surface& look = surface(hit.object);
-  return {look.kind, hit.normal, hit.albedo, look.roughness, look.ior};
+  return {look.kind, hit.normal, hit.albedo, static_cast<float>(look.roughness),
+          static_cast<float>(look.ior)};
 }
 
 // Patterns lie on the two axes of the shape's own frame that the surface faces least.

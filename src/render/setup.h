@@ -58,8 +58,8 @@ struct ImageSettings {
   SnowShape snow = SnowShape::smooth;
   FilterKind filter = FilterKind::tent;
   std::optional<double> filter_width = {};  // pixels from end to end; absent: as filter.h has it
-  double noise = 0;       // relative error at which a pixel is done; 0: it takes all samples
-  int motion_slices = 4;  // moments that a frame with an open shutter is put together from
+  double noise = 0;                   // relative error at which a pixel is done; 0: it takes all samples
+  int motion_slices = 4;              // moments that a frame with an open shutter is put together from
   int detail = 1;                     // particles are drawn as detail^3 each: src/render/relief.h
   IceSource ice = IceSource::picard;  // of all snow: a path sums up its ice and asks once for the tint
 };
@@ -70,8 +70,8 @@ struct Surface {
   std::string name;
   SurfaceKind kind = SurfaceKind::diffuse;
   Vec3f albedo = Vec3f::Constant(0.5f);  // linear RGB reflectance; glossy: at normal incidence
-  float roughness = 0.3f;                // glossy: the root of GGX's alpha
-  float ior = 1.5f;  // dielectric: refractive index behind the surface over that before it
+  double roughness = 0.3;                // glossy: the root of GGX's alpha
+  double ior = 1.5;  // dielectric: refractive index behind the surface over that before it
   Vec3f checker = Vec3f::Constant(-1.f);        // second albedo of a checker pattern; negative: none
   double checker_size = 0.1;                    // m
   std::shared_ptr<const ImageTexture> texture;  // instead of the albedo, repeated over the surface

@@ -61,8 +61,8 @@ Sky::Sky(const std::vector<Light>& lights) {
   }
   if (!days_.empty()) columns_ = 256, rows_ = 256;
   for (const Image& image : images_) {
-    columns_ = std::max(columns_, std::min(image.light.picture->width, 2048));
-    rows_ = std::max(rows_, std::min(image.light.picture->height, 1024));
+    columns_ = std::max(columns_, std::min(image.light.picture->width, 1024));
+    rows_ = std::max(rows_, std::min(image.light.picture->height, 512));
   }
   tabulate();
 }

@@ -5,8 +5,10 @@
 #include <cmath>
 #include <iterator>
 
+#include "src/scene/load_texture.h"
 #include "src/scene/place_shape.h"
 #include "src/scene/scene.h"
+#include "src/scene/validate.h"
 
 namespace firn {
 namespace {
@@ -35,11 +37,21 @@ Vec3 sun_direction(const LightConfig& light) {
           std::cos(elevation) * std::cos(azimuth)};
 }
 
-Light make_light(const LightConfig& light) {
+Light make_light(const SceneConfig& scene, std::size_t index) {
+  const LightConfig& light = scene.lights[index];
   if (light.type == "quad") return quad_light(light);
   if (light.type == "sphere") return SphereLight{*light.center, *light.radius, light.radiance};
   if (light.type == "sun") return SunLight{sun_direction(light), light.angular_radius, light.irradiance};
   if (light.type == "sky") return SkyLight{light.zenith, light.horizon, light.ground};
+  if (light.type == "day_sky") {
+    const bool own = light.direction || light.azimuth;
+    return DaySkyLight{sun_direction(own ? light : *first_sun(scene)), light.turbidity, light.scale,
+                       light.ground};
+  }
+  if (light.type == "image") {
+    const std::string table = "light[" + std::to_string(index) + "]";
+    return ImageLight{load_texture(scene, table, "file", *light.file), light.rotation, light.radiance};
+  }
   return ConstantLight{light.radiance};
 }
 
@@ -49,6 +61,17 @@ SnowLook snow_look(const SnowConfig& snow) {
   look.extinction = snow_extinction(snow.grain_radius) / snow.scattering_depth;
   look.ice_per_collision = snow.tint * ice_per_collision(snow.grain_radius);
   return look;
+}
+
+void add_surfaces(const SceneConfig& scene, RenderSetup& setup) {
+  setup.surfaces.push_back(Surface{});  // number 0: plain grey, for everything that names none
+  for (std::size_t i = 0; i < scene.surfaces.size(); ++i) {
+    const SurfaceConfig& config = scene.surfaces[i];
+    setup.surfaces.push_back(config);
+    if (!config.file) continue;
+    const std::string table = "surface[" + std::to_string(i) + "]";
+    setup.surfaces.back().texture = load_texture(scene, table, "texture", *config.file);
+  }
 }
 
 void place_objects(const SceneConfig& scene, RenderSetup& setup) {
@@ -92,11 +115,10 @@ RenderSetup build_render(const SceneConfig& scene) {
     setup.layers.push_back(static_cast<Layer>(found - std::begin(kLayerNames)));
   }
   setup.seed = scene.simulation.seed;
-  setup.surfaces.push_back(Surface{});  // number 0: plain grey, for everything that names none
-  setup.surfaces.insert(setup.surfaces.end(), scene.surfaces.begin(), scene.surfaces.end());
+  add_surfaces(scene, setup);
   place_objects(scene, setup);
   place_media(scene, setup);
-  for (const LightConfig& light : scene.lights) setup.lights.push_back(make_light(light));
+  for (std::size_t i = 0; i < scene.lights.size(); ++i) setup.lights.push_back(make_light(scene, i));
   for (const SnowConfig& snow : scene.snow) setup.snow.push_back(snow_look(snow));
   return setup;
 }

@@ -84,8 +84,12 @@ struct GroundConfig {  // [ground]: a plane, felt and seen
   std::string surface;
 };
 
+struct SurfaceConfig : Surface {
+  std::optional<std::string> file;  // of its texture
+};
+
 struct LightConfig {                                   // [[light]]: which keys are meant depends on `type`
-  std::string type;                                    // quad sphere sun sky constant
+  std::string type;                                    // quad sphere sun sky day_sky image constant
   std::optional<Vec3> corner, edge_u, edge_v, center;  // m
   std::optional<double> width, height, radius;         // m
   std::optional<Vec3> direction;                       // quad: the way it shines; sun: towards the sun
@@ -96,6 +100,10 @@ struct LightConfig {                                   // [[light]]: which keys 
   Vec3f zenith = Vec3f(0.13f, 0.25f, 0.55f);
   Vec3f horizon = Vec3f(0.45f, 0.55f, 0.7f);
   Vec3f ground = Vec3f(0.3f, 0.3f, 0.32f);
+  double turbidity = 3;
+  double scale = 0.02;              // W/(m^2 sr) per kcd/m^2
+  std::optional<std::string> file;  // image
+  double rotation = 0;              // degrees
 };
 
 struct MediumConfig {  // [[medium]]: homogeneous, in a convex shape
@@ -149,7 +157,7 @@ struct SceneConfig {
   std::vector<ObjectConfig> objects;
   std::vector<MediumConfig> media;
   std::vector<LightConfig> lights;  // none: a sun and a sky
-  std::vector<Surface> surfaces;
+  std::vector<SurfaceConfig> surfaces;
   OutputConfig output;
   // "snow[0].radius" -> "scene.toml:12:3" for every key and table that was written, for errors found later.
   std::map<std::string, std::string> places;

@@ -35,8 +35,8 @@ std::string name_from_file(const std::string& file) {
   return name.empty() ? "scene" : name;
 }
 
-void resolve_file(ShapeConfig& shape, const std::filesystem::path& folder) {
-  if (shape.file) shape.file = std::filesystem::absolute(folder / *shape.file).lexically_normal().string();
+void resolve_file(std::optional<std::string>& file, const std::filesystem::path& folder) {
+  if (file) file = std::filesystem::absolute(folder / *file).lexically_normal().string();
 }
 
 // Late afternoon: a warm sun low on the left behind the camera and a blue sky.
@@ -57,9 +57,11 @@ void complete(SceneConfig& scene) {
   name_by_number(scene.snow, "snow");
   name_by_number(scene.colliders, "collider");
   const std::filesystem::path folder = std::filesystem::path(scene.file).parent_path();
-  for (SnowConfig& snow : scene.snow) resolve_file(snow.shape, folder);
-  for (ColliderConfig& collider : scene.colliders) resolve_file(collider.shape, folder);
-  for (ObjectConfig& object : scene.objects) resolve_file(object.shape, folder);
+  for (SnowConfig& snow : scene.snow) resolve_file(snow.shape.file, folder);
+  for (ColliderConfig& collider : scene.colliders) resolve_file(collider.shape.file, folder);
+  for (ObjectConfig& object : scene.objects) resolve_file(object.shape.file, folder);
+  for (LightConfig& light : scene.lights) resolve_file(light.file, folder);
+  for (SurfaceConfig& surface : scene.surfaces) resolve_file(surface.file, folder);
 }
 
 void derive_moduli(SnowConfig& snow) {

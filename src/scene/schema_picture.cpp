@@ -160,8 +160,13 @@ TableSpec light_table() {
   using L = LightConfig;
   auto t = repeated_table<&SceneConfig::lights>("light",
                                                 "a light; without any there are a low sun and a blue sky");
-  t.key("type", &L::type,
-        {.choices = {"quad", "sphere", "sun", "sky", "constant"}, .required = true, .meaning = "what it is"});
+  t.key(
+      "type", &L::type,
+      {.choices = {"quad", "sphere", "sun", "sky", "day_sky", "image", "constant"},
+       .required = true,
+       .meaning =
+           "what it is; sky: a gradient; day_sky: a clear sky by the sun's height (Preetham, Shirley, Smits "
+           "1999); image: a picture of all directions"});
   add_quad_keys(t);
   t.key("center", &L::center,
         {.unit = "m",
@@ -175,19 +180,19 @@ TableSpec light_table() {
          .required = true,
          .meaning = "of the sphere"});
   t.key("direction", &L::direction,
-        {.with = {"type", {"quad", "sun"}},
+        {.with = {"type", {"quad", "sun", "day_sky"}},
          .absent = "from the edges; from azimuth and elevation",
-         .meaning = "quad: the way it shines; sun: towards the sun; any length"});
+         .meaning = "quad: the way it shines; sun, day_sky: towards the sun; any length"});
   t.key("azimuth", &L::azimuth,
         {.unit = "degrees",
-         .with = {"type", {"sun"}},
-         .absent = "from direction",
+         .with = {"type", {"sun", "day_sky"}},
+         .absent = "from direction; day_sky: from the scene's sun",
          .meaning = "of the sun: from +Z, turning towards +X"});
   t.key("elevation", &L::elevation,
         {.unit = "degrees",
          .range = between(-90, 90),
-         .with = {"type", {"sun"}},
-         .absent = "from direction",
+         .with = {"type", {"sun", "day_sky"}},
+         .absent = "from direction; day_sky: from the scene's sun",
          .meaning = "of the sun above the horizon"});
   t.key("angular_radius", &L::angular_radius,
         {.unit = "degrees",
@@ -202,40 +207,78 @@ TableSpec light_table() {
   t.key("radiance", &L::radiance,
         {.unit = kRadiance,
          .range = at_least(0),
-         .with = {"type", {"quad", "sphere", "constant"}},
+         .with = {"type", {"quad", "sphere", "constant", "image"}},
          .required = true,
-         .meaning = "how bright it looks"});
+         .meaning = "how bright it looks; image: where a pixel is 1"});
   const Condition sky{"type", {"sky"}};
   t.key("zenith", &L::zenith, {.unit = kRadiance, .range = at_least(0), .with = sky, .meaning = "overhead"});
   t.key("horizon", &L::horizon,
         {.unit = kRadiance, .range = at_least(0), .with = sky, .meaning = "at the horizon"});
   t.key("ground", &L::ground,
-        {.unit = kRadiance, .range = at_least(0), .with = sky, .meaning = "below the horizon"});
+        {.unit = kRadiance,
+         .range = at_least(0),
+         .with = {"type", {"sky", "day_sky"}},
+         .meaning = "below the horizon"});
+  t.key("turbidity", &L::turbidity,
+        {.range = between(1.7, 10),
+         .with = {"type", {"day_sky"}},
+         .meaning = "haze: 2 is very clear, 3 clear, 6 hazy"});
+  t.key("scale", &L::scale,
+        {.unit = kRadiance,
+         .range = at_least(0),
+         .with = {"type", {"day_sky"}},
+         .meaning = "of a luminance of 1 kcd/m^2"});
+  t.key("file", &L::file,
+        {.with = {"type", {"image"}},
+         .required = true,
+         .meaning =
+             "image (PFM, PNG, PPM) of all directions: up in the top row, -Z in the middle column, +X right "
+             "of it"});
+  t.key("rotation", &L::rotation,
+        {.unit = "degrees", .with = {"type", {"image"}}, .meaning = "of the image about +Y"});
   return t.take();
 }
 
 TableSpec surface_table() {
+  using S = SurfaceConfig;
   auto t = repeated_table<&SceneConfig::surfaces>("surface",
                                                   "a look that the ground, colliders and objects may have");
-  const std::vector<std::string> kinds = {"diffuse", "mirror",
+  const std::vector<std::string> kinds = {"diffuse", "mirror", "glossy", "dielectric",
                                           "emission"};  // in the order of enum SurfaceKind
-  t.key("name", &Surface::name, {.required = true, .meaning = "what others call it by"});
-  t.key("type", &Surface::kind, {.choices = kinds, .meaning = "matt, mirroring or glowing"});
-  t.key("albedo", &Surface::albedo,
+  const Condition patterned{"type", {"diffuse", "mirror", "glossy"}};
+  t.key("name", &S::name, {.required = true, .meaning = "what others call it by"});
+  t.key("type", &S::kind,
+        {.choices = kinds, .meaning = "matt, mirroring, shiny, clear as glass, or glowing"});
+  t.key("albedo", &S::albedo,
         {.range = between(0, 1),
-         .with = {"type", {"diffuse", "mirror"}},
-         .meaning = "reflected part, linear RGB"});
-  t.key("checker", &Surface::checker,
+         .with = patterned,
+         .meaning = "reflected part, linear RGB; glossy: of light from straight above"});
+  t.key(
+      "roughness", &S::roughness,
+      {.range = between(0.03, 1),
+       .with = {"type", {"glossy"}},
+       .meaning = "of its facets: 0.03 mirrors, 0.3 is satin; above 0.5 it darkens, as light that meets more "
+                  "than one facet is lost"});
+  t.key("ior", &S::ior,
+        {.range = between(0.2, 5),
+         .with = {"type", {"dielectric"}},
+         .meaning = "refractive index inside over that outside: glass 1.5, ice 1.31, water 1.33"});
+  t.key("checker", &S::checker,
         {.range = between(-1, 1),
-         .with = {"type", {"diffuse"}},
+         .with = patterned,
          .absent = "no pattern",
          .meaning = "second albedo of a checker pattern; -1: none"});
-  t.key("checker_size", &Surface::checker_size,
-        {.unit = "m",
-         .range = above(0),
-         .with = {"type", {"diffuse"}},
-         .meaning = "side of a square of the pattern"});
-  t.key("emission", &Surface::emission,
+  t.key("checker_size", &S::checker_size,
+        {.unit = "m", .range = above(0), .with = patterned, .meaning = "side of a square of the pattern"});
+  t.key(
+      "texture", &S::file,
+      {.with = patterned,
+       .absent = "no texture",
+       .meaning = "image file (PNG, PPM, PFM) that takes the albedo's place, repeated along the two axes of "
+                  "the shape that the surface faces least"});
+  t.key("texture_size", &S::texture_size,
+        {.unit = "m", .range = above(0), .with = patterned, .meaning = "width of the texture"});
+  t.key("emission", &S::emission,
         {.unit = kRadiance,
          .range = at_least(0),
          .with = {"type", {"emission"}},

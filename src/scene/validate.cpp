@@ -112,10 +112,13 @@ struct Checker {
       refuse(table, "height",
              "'height' of a capsule counts its round ends: it must be above twice its radius");
     }
+    file(table, "file", shape.file);
+  }
+
+  void file(const std::string& table, const std::string& key, const std::optional<std::string>& path) const {
     std::error_code ignored;
-    if (shape.file && !std::filesystem::is_regular_file(*shape.file, ignored)) {
-      throw Error(ExitCode::io, place_of(scene, table, "file"), "no such file: " + *shape.file);
-    }
+    if (path && !std::filesystem::is_regular_file(*path, ignored))
+      throw Error(ExitCode::io, place_of(scene, table, key), "no such file: " + *path);
   }
 
   template <class Solid>
@@ -183,12 +186,23 @@ struct Checker {
     if (light.type == "quad") quad(table, light);
     if (light.type == "sphere" && !light.center)
       refuse(table, "", "a sphere light needs 'center', 3 numbers (m)");
-    if (light.type != "sun") return;
+    file(table, "file", light.file);
+    if (light.type == "sun" || light.type == "day_sky") sun(table, light);
+  }
+
+  // A day sky without a sun of its own has that of the scene.
+  void sun(const std::string& table, const LightConfig& light) const {
     const int angles = light.azimuth.has_value() + light.elevation.has_value();
-    if (light.direction ? angles != 0 : angles != 2) {
-      refuse(table, "", "a sun needs direction, or else azimuth and elevation (degrees)");
+    const bool shared = light.type == "day_sky" && !light.direction && angles == 0;
+    const LightConfig* from = shared ? first_sun(scene) : &light;
+    if (!from)
+      refuse(table, "", "a day_sky needs direction, azimuth and elevation (degrees), or a sun beside it");
+    if (shared ? false : light.direction ? angles != 0 : angles != 2) {
+      refuse(table, "", "a " + light.type + " needs direction, or else azimuth and elevation (degrees)");
     }
     if (light.direction) require_direction(*light.direction, table, "direction");
+    const double up = from->direction ? from->direction->y() : from->elevation.value_or(0);
+    if (light.type == "day_sky" && up < 0) refuse(table, "", "the sun of this day_sky is below the horizon");
   }
 
   template <class List, class Check>
@@ -224,11 +238,20 @@ struct Checker {
       surface_name("ground", scene.ground->surface);
       friction("ground", *scene.ground);
     }
+    each("surface", scene.surfaces, [&](const std::string& table, const SurfaceConfig& surface) {
+      file(table, "texture", surface.file);
+    });
     each("light", scene.lights, [&](const std::string& table, const LightConfig& l) { light(table, l); });
   }
 };
 
 }  // namespace
+
+const LightConfig* first_sun(const SceneConfig& scene) {
+  const auto found = std::find_if(scene.lights.begin(), scene.lights.end(),
+                                  [](const LightConfig& light) { return light.type == "sun"; });
+  return found == scene.lights.end() ? nullptr : &*found;
+}
 
 std::string place_of(const SceneConfig& scene, const std::string& table, const std::string& key) {
   const std::string path = table.empty() ? key : key.empty() ? table : table + "." + key;

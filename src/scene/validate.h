@@ -11,6 +11,9 @@ namespace firn {
 void validate(const SceneConfig& scene);
 
 // Where a key was written, or else its table, or else the file: "snow[0]", "radius".
+// The first light of type "sun", or null.
+const LightConfig* first_sun(const SceneConfig& scene);
+
 std::string place_of(const SceneConfig& scene, const std::string& table, const std::string& key = "");
 
 }  // namespace firn

@@ -115,7 +115,7 @@ void each_light(const Stage& stage, const Vec3f& p, const Vec3f& d, const Visit&
     bool found = met.object >= 0;
     if (found) {
       t = met.t;
-      REQUIRE(stage.lights.object_hit(met.object, o, d, met, hit));
+      REQUIRE(stage.lights.object_hit(met.object, d, met, hit));
     }
     if (stage.lights.hit(o, d, t, lamp)) hit = lamp, found = true;
     if (!found) break;
@@ -302,7 +302,7 @@ TEST_CASE("a glowing plane is found by rays only", "[light]") {
   const Vec3f down(0, -1, 0);
   const ObjectHit met = stage.objects.closest(kReceiver, down, kInfinity);
   LightHit hit;
-  REQUIRE(stage.lights.object_hit(met.object, kReceiver, down, met, hit));
+  REQUIRE(stage.lights.object_hit(met.object, down, met, hit));
   CHECK(hit.radiance == Vec3f(1, 2, 0.5f));
   CHECK(hit.pdf_emit == 0);
   CHECK(stage.lights.pdf(kReceiver, down, met.t, hit) == 0);

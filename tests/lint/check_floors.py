@@ -11,7 +11,7 @@ BELOW = {
     "particles": ["core"],
     "mpm": ["core", "geometry", "particles"],
     "render": ["core", "geometry", "particles"],
-    "scene": ["core", "geometry", "particles", "mpm", "render"],
+    "scene": ["core", "geometry", "particles", "mpm", "render", "io"],
     "io": ["core", "geometry", "particles", "mpm", "render"],
     "graph": ["core", "geometry", "particles", "mpm", "render", "scene", "io"],
     "app": ["core", "geometry", "particles", "mpm", "render", "scene", "io", "graph"],

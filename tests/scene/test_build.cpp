@@ -134,3 +134,46 @@ TEST_CASE("files are found beside the scene file and a resolved scene finds them
   CHECK(build_simulation(again).snow[0].position == setup.snow[0].position);
   CHECK(build_render(again).objects.size() == 1);
 }
+
+TEST_CASE("a day sky has the sun that it names, or the scene's") {
+  const std::string sky = "[[light]]\ntype = \"day_sky\"\n",
+                    sun = "[[light]]\ntype = \"sun\"\ndirection = [0, 1, 1]\n";
+  CHECK(std::get<DaySkyLight>(build_render(read(kBall + sun + sky)).lights[1])
+            .sun.isApprox(Vec3(0, 1, 1).normalized()));
+  const std::string own = sky + "azimuth = 90\nelevation = 0\nturbidity = 5\n";
+  const auto light = std::get<DaySkyLight>(build_render(read(kBall + sun + own)).lights[1]);
+  CHECK(light.sun.isApprox(Vec3(1, 0, 0)));
+  CHECK(light.turbidity == 5);
+  CHECK_REFUSES(read(kBall + sky), "scene.toml:5:1: a day_sky needs direction, azimuth and elevation");
+  CHECK_REFUSES(read(kBall + sky + "direction = [1, -1, 0]"),
+                "scene.toml:5:1: the sun of this day_sky is below the horizon");
+}
+
+TEST_CASE(
+    "image files become linear textures and lights, and damaged ones are refused where they are named") {
+  const test::TemporaryFolder folder;
+  folder.write("a.ppm", std::string("P6\n2 1\n255\n\xff\x80\x00\x00\x00\xff", 17));
+  const float light[] = {1, 2, 30};
+  folder.write("a.pfm", "PF\n1 1\n-1.0\n" + std::string(reinterpret_cast<const char*>(light), sizeof light));
+  const auto scene = [&](const std::string& texture, const std::string& image) {
+    return read_scene(
+        folder.write("s.toml", kBall + "[[surface]]\nname = \"a\"\ntexture = \"" + texture +
+                                   "\"\ntexture_size = 2\n[[light]]\ntype = \"image\"\nfile = \"" + image +
+                                   "\"\nradiance = 2\n"),
+        {});
+  };
+  const RenderSetup setup = build_render(scene("a.ppm", "a.pfm"));
+  const ImageTexture& texture = *setup.surfaces[1].texture;
+  REQUIRE((texture.width == 2 && texture.height == 1));
+  CHECK((texture.pixel(0, 0) - Vec3f(1, 0.21586f, 0)).norm() < 1e-4f);
+  CHECK((texture.pixel(1, 0) - Vec3f(0, 0, 1)).norm() < 1e-6f);
+  CHECK(std::get<ImageLight>(setup.lights[0]).picture->pixel(0, 0) == Vec3f(1, 2, 30));
+  // A resolved scene finds them from anywhere.
+  CHECK(build_render(read(resolved_toml(scene("a.ppm", "a.pfm")))).surfaces[1].texture->width == 2);
+  CHECK_REFUSES(scene("b.ppm", "a.pfm"), "s.toml:7:1: no such file: " + folder.path("b.ppm"));
+  CHECK_REFUSES(scene("a.ppm", "b.pfm"), "s.toml:11:1: no such file: " + folder.path("b.pfm"));
+  folder.write("dark.pfm", "PF\n9 9\n-1.0\n");
+  CHECK_REFUSES(
+      build_render(scene("a.ppm", "dark.pfm")),
+      "s.toml:11:1: " + folder.path("dark.pfm") + ": damaged image: its size does not fit its header");
+}
