@@ -64,7 +64,7 @@ TEST_CASE("a value of the wrong type is told from the expected one with its unit
       {kBall + "[time]\nfps = 1979-05-27",
        "scene.toml:6:7: 'fps': expected a number in 1/s, got a date or time"},
       {kBall + "[output]\nformats = [\"png\", \"pgf\"]",
-       "scene.toml:6:19: 'formats': expected list of png, ppm, pfm, got 'pgf', did you mean 'png'?"},
+       "scene.toml:6:19: 'formats': expected list of png, ppm, pfm, exr, got 'pgf', did you mean 'png'?"},
       {kBall + "preset = \"freshh\"",
        "scene.toml:5:10: 'preset': expected one of fresh, powder, packed, wet, ice_crust, dry_slab, "
        "weak_layer, sand, "
