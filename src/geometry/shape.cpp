@@ -107,7 +107,8 @@ std::optional<double> local_volume(const Mesh& mesh) { return mesh.mesh->volume(
 
 SurfaceDistance closest_surface(const Shape& shape, const Vec3& world) {
   const Vec3 local = shape.pose.to_local(world);
-  SurfaceDistance point = std::visit([&](const auto& form) { return local_surface(form, local); }, shape.form);
+  SurfaceDistance point =
+      std::visit([&](const auto& form) { return local_surface(form, local); }, shape.form);
   point.normal = shape.pose.rotation * point.normal;
   return point;
 }

@@ -18,6 +18,8 @@
 #include "src/render/ray_stream.h"
 #include "src/render/sampler.h"
 #include "src/render/scattering.h"
+#include "src/render/snow_grain.h"
+#include "src/render/sparkle.h"
 #include "src/render/tile.h"
 
 namespace firn {
@@ -31,6 +33,8 @@ struct View {
   const Snapshot& snapshot;
   const RenderSetup& setup;
   const IceTint& tint;
+  const SnowGrains& grains;
+  const Sparkle& sparkle;
 };
 
 // Which ways of finding a path there are, besides coming upon a light.
@@ -96,7 +100,8 @@ class TilePaths {
     std::uint32_t path;
     Vec3f light;
     float ice;
-    float x, y;  // pixels: of light that goes to the camera
+    float x, y;          // pixels: of light that goes to the camera
+    bool glint = false;  // it comes from the snow's facets
   };
 
   void start_paths(const Tile& tile, std::uint32_t first, std::uint32_t last, const PixelSet& wanted);
@@ -119,7 +124,7 @@ class TilePaths {
   Vertex arrive(Subpath& subpath, std::size_t ray) const;
   bool leave(Subpath& subpath, const Vertex& vertex, Carries carries, std::uint32_t stream,
              Vec3f& direction) const;
-  const SnowLook& look_at(const Vec3f& p) const;
+  const SnowGrain& grain_at(const Vec3f& p, bool deep) const;
 
   void link(const Vec3f& from, const Vec3f& direction, float distance, const Brings& brings);
   void clear_links();
@@ -127,11 +132,11 @@ class TilePaths {
 
   void add(const Brings& brings, const Vec3f& through);
   void note_first(std::size_t ray, const Vertex& vertex);
-  void note_snow();
+  void see_snow();
+  void glint(std::size_t ray, std::uint32_t sorted, const Vec3f& normal);
 
   const View& view_;
   Ways ways_;
-  bool alike_ = true;  // all snow scatters alike
   std::uint64_t rays_traced_ = 0;
   std::vector<Path> paths_;
   // The subpaths on their way, a ray each, and those of the next step.

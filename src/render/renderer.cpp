@@ -44,7 +44,8 @@ struct Renderer::State {
         media(setup.media),
         grid(table.trace),
         snow(table.trace),
-        tint(setup.image.ice) {}
+        tint(setup.image.ice),
+        grains(setup.snow) {}
 
   void build(const Snapshot& snapshot, RenderStats& stats) {
     const auto start = Clock::now();
@@ -88,7 +89,8 @@ struct Renderer::State {
              const std::atomic<bool>& stop) {
     const auto start = Clock::now();
     const World world{kernels, objects, lights, media, snow.view(), scattering};
-    const View view{world, camera, grid, snow, snapshot, setup, tint};
+    const Sparkle sparkle(grid, snapshot, setup.snow);
+    const View view{world, camera, grid, snow, snapshot, setup, tint, grains, sparkle};
     const int width = film.width(), height = film.height();
     const int across = (width + kTile - 1) / kTile, down = (height + kTile - 1) / kTile;
     std::atomic<std::uint64_t> count{0};
@@ -171,6 +173,7 @@ struct Renderer::State {
   SnowField snow;
   kernels::MediumField scattering;
   IceTint tint;
+  SnowGrains grains;
   Film film;
   PixelSet wanted;
   Snapshot moved;

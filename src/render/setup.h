@@ -136,10 +136,10 @@ struct SparkleSettings {
   double strength = 1;    // of the glints; 1 is what ice reflects
 };
 
-struct SnowLook {                             // one per snow object
-  Vec3f albedo = Vec3f(0.93f, 0.95f, 0.97f);  // diffuse, linear RGB
-  double radius = 0.8;   // of a drawn particle, in particle spacings (cbrt of its volume)
-  double density = 400;  // kg/m^3, as placed
+struct SnowLook {                // one per snow object
+  Vec3f albedo = Vec3f::Ones();  // reflectance when deep, besides what the ice absorbs: dirt, sand
+  double radius = 0.8;           // of a drawn particle, in particle spacings (cbrt of its volume)
+  double density = 400;          // kg/m^3, as placed
   double extinction = snow_extinction(1e-4);                 // m^2/kg: sigma_t per density
   double anisotropy = kNaturalAnisotropy;                    // g of Henyey and Greenstein
   double ice_per_collision = firn::ice_per_collision(1e-4);  // m

@@ -136,7 +136,10 @@ void add_look_keys(TableBuilder<SnowConfig>& t) {
   const auto look = [](auto member) {
     return [member](SnowConfig & s) -> auto& { return s.look.*member; };
   };
-  t.key("albedo", look(&SnowLook::albedo), {.range = between(0, 1), .meaning = "diffuse colour, linear RGB"});
+  t.key("albedo", look(&SnowLook::albedo),
+        {.range = between(0, 1),
+         .meaning = "reflectance of a deep layer besides what the ice absorbs, linear RGB: 1 for snow, less "
+                    "for dirt or sand"});
   t.key(
       "draw_radius", look(&SnowLook::radius),
       {.unit = "spacings", .range = between(0.1, 4), .meaning = "of a drawn particle, in particle spacings"});

@@ -268,6 +268,21 @@ TEST_CASE("loose particles, torn snow and strays are as dense as they should be"
   check(judge(scene, rays, 123), 200);
 }
 
+TEST_CASE("where a loose ball reaches into the snow, the denser of the two counts") {
+  // All particles are loose too, of less than the density inside and more than that at the surface; majorants
+  // have room for the sum of both.
+  Scene scene(lattice_ball(8), {look_of(2)}, SnowShape::smooth, {.reference = true});
+  scene.grid.set_radii(std::vector<float>(scene.grid.size(), 0.6f));
+  const std::size_t slots = scene.grid.brick_of_slot().size();
+  std::vector<std::uint32_t> kinds(scene.medium.cell_kind, scene.medium.cell_kind + 8 * slots);
+  for (std::uint32_t& word : kinds) word |= 0x11111111u * kernels::kHasLoose;
+  const std::vector<float> majorants(slots * kernels::kCellsPerBrick, 1000 * scene.medium.extinction);
+  scene.medium.cell_kind = kinds.data();
+  scene.medium.majorant = majorants.data();
+  scene.medium.ball_density = 300;
+  check(judge(scene, all_rays(scene.grid, 3500, 124), 125), 100);
+}
+
 TEST_CASE("in spheres the snow is its density within the balls") {
   Snapshot snapshot = cloud(900, 13, 1.5);
   add_particle(snapshot, Vec3(9, 8, 7), 1);
