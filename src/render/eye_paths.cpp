@@ -135,13 +135,14 @@ void TilePaths::note_first(std::size_t ray, const Vertex& vertex) {
 // The first rays know where they scattered in the snow; what the eye takes for its surface lies before.
 void TilePaths::see_snow() {
   if (view_.grid.size() == 0) return;
-  if (view_.setup.image.snow_light == SnowLight::inside) {
+  const bool inside = view_.setup.image.snow_light == SnowLight::inside;
+  if (inside) {
     Flights(view_.world).find_surface(rays_, true);
     rays_traced_ += rays_.size();
   }
   for (std::size_t ray = 0; ray < rays_.size(); ++ray) {
     const std::uint32_t hit = rays_.hit(ray);
-    if (hit == kernels::kNoHit || arrivals_[ray].what == Meets::object) continue;
+    if (hit == kernels::kNoHit || (!inside && arrivals_[ray].what != Meets::snow_surface)) continue;
     const bool ball = hit != kernels::kSurfaceHit;
     const Vec3f p = rays_.at_hit(ray), back = -rays_.direction(ray);
     const Vec3f normal =

@@ -42,12 +42,6 @@ struct Checker {
   }
 
   void camera_motion(const Camera& c) const {
-    for (const char* key : {"position", "target"}) {
-      if (given("camera", key)) {
-        refuse("camera", key,
-               std::string("both '") + key + "' and 'motion' are given: the motion has its own");
-      }
-    }
     for (const CameraKey& key : *c.motion) {
       const Vec3 view = key.target - key.position;
       if (view.norm() > 0 && view.normalized().cross(c.up.normalized()).norm() >= 1e-9) continue;

@@ -128,7 +128,8 @@ TEST_CASE("a key of another shape, type or model is refused instead of ignored")
       {kBall + "sigma_min = 0.9",
        "scene.toml:5:1: 'sigma_min' belongs to model = neo_hookean, but this one has model = snow"},
       {kBall + "[[light]]\ntype = \"sky\"\nradiance = 3",
-       "scene.toml:7:1: 'radiance' belongs to type = quad or sphere or constant, but this one has type = "
+       "scene.toml:7:1: 'radiance' belongs to type = quad or sphere or constant or image, but this one has "
+       "type = "
        "sky"},
   });
 }

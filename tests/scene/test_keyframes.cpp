@@ -158,9 +158,6 @@ TEST_CASE("a camera or an output that makes no sense is refused where it is writ
                 "a key frame of 'motion' lacks 'target', 3 numbers (m)");
   CHECK_REFUSES(read(camera("motion = [{time = 0, position = [0, 1, 4], target = [0, 1, 4]}]")),
                 "scene.toml:6:1: at a key frame of 'motion' the camera is at its target");
-  CHECK_REFUSES(read(camera("position = [0, 1, 1]\nmotion = [{time = 0, position = [0, 1, 4], "
-                            "target = [0, 0, 0]}]")),
-                "scene.toml:6:1: both 'position' and 'motion' are given");
   CHECK_REFUSES(read(camera("motion = [{time = 0, rotation = [0, 0, 0]}]")),
                 "unknown key 'rotation' in 'motion'");
   CHECK_REFUSES(read(camera("focus = 2")), "scene.toml:6:1: 'focus' is given, but no 'aperture'");
