@@ -26,6 +26,7 @@ bool TilePaths::start_light(Subpath& subpath, Vec3f& origin, Vec3f& direction, L
   origin = start.origin;
   direction = start.direction;
   light.light = start.light;
+  light.pdf_emit = start.pdf_emit;
   light.cosine = start.cosine;
   subpath.beta = start.radiance * (start.cosine / start.pdf_emit);
   subpath.brightness = subpath.beta.maxCoeff();

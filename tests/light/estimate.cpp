@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "src/core/rng.h"
 #include "tests/catch.h"
 
 namespace firn::test {
@@ -11,9 +12,18 @@ Estimate radiance_along(RenderSetup setup, const Snapshot& snapshot, const Vec3&
                         int side, int samples) {
   setup.camera.position = position;
   setup.camera.target = target;
+  const bool steep = std::fabs((target - position).normalized().y()) > 0.9;
+  setup.camera.up = steep ? Vec3::UnitZ() : Vec3::UnitY();
   setup.camera.fov = 1e-3;
   setup.image.width = setup.image.height = side;
   setup.image.samples = samples;
+  // Numbers of their own, so that the scores of a set are independent.
+  setup.seed = hash_keys(setup.seed, key_of(position.x()), key_of(position.y()),
+                         key_of(setup.media.empty() ? 0 : setup.media[0].sigma_s.x()),
+                         key_of(setup.media.empty() ? 0 : setup.media[0].g),
+                         static_cast<std::uint64_t>(setup.objects.size()),
+                         static_cast<std::uint64_t>(setup.lights[0].index()),
+                         key_of(setup.objects.empty() ? 0 : setup.objects[0].shape.pose.translation.y()));
   const Picture picture = render(snapshot, setup);
   const int count = side * side;
   double sum = 0, squares = 0;
