@@ -22,6 +22,9 @@ float power_of(const Lamp& lamp) {
 // 2 - 2 cos of the angle between them, without cancellation.
 bool within(const Vec3f& a, const Vec3f& b, float spread) { return (a - b).squaredNorm() <= 2 * spread; }
 
+// Of what an even sky's light would have it sampled by, where there is a sun too.
+constexpr float kSkyBesideSun = 0.15f;
+
 }  // namespace
 
 LightSet::LightSet(const std::vector<Light>& lights, const ObjectSet& objects)
@@ -36,7 +39,12 @@ LightSet::LightSet(const std::vector<Light>& lights, const ObjectSet& objects)
     lamp_of_object_[i] = static_cast<int>(lamps_.size());
     lamps_.emplace_back(ObjectLamp(objects.area(i), objects.surface(i).emission));
   }
-  distant_strength_ = sky_.strength();
+  // Rays find an even sky by themselves; a sun they do not.
+  const bool even = std::none_of(lights.begin(), lights.end(), [](const Light& light) {
+    return std::holds_alternative<ImageLight>(light);
+  });
+  sky_strength_ = sky_.strength() * (even && !suns_.empty() ? kSkyBesideSun : 1);
+  distant_strength_ = sky_strength_;
   for (const Sun& sun : suns_) distant_strength_ += sun.strength;
 }
 
@@ -199,7 +207,7 @@ Vec3f LightSet::distant_radiance(const Vec3f& d) const {
 }
 
 float LightSet::distant_density(const Vec3f& d) const {
-  float sum = sky_.strength() * sky_.density(d);
+  float sum = sky_strength_ * sky_.density(d);
   for (const Sun& sun : suns_) {
     if (within(d, sun.direction, sun.spread)) sum += sun.strength / (2 * kPi * sun.spread);
   }

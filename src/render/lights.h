@@ -102,6 +102,7 @@ class LightSet {
   std::vector<int> lamp_of_object_;  // -1: it does not glow
   std::vector<Sun> suns_;
   Sky sky_;
+  float sky_strength_ = 0;  // by which it is sampled
   float distant_strength_ = 0;
   float total_power_ = 0;
   Vec3f center_ = Vec3f::Zero();

@@ -16,7 +16,7 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr int kBlock = 4;  // pixels: neighbours in a stream are neighbours on the film
-constexpr float kRouletteBelow = 0.5f;
+constexpr float kRouletteBelow = 0.1f;  // of what the subpath began with
 constexpr float kLift = 1, kAside = 1.5f;  // spacings
 constexpr float kShort = 1 - 1e-4f;  // of the way between two points, so as not to meet the farther's surface
 
@@ -202,8 +202,8 @@ bool TilePaths::leave(Subpath& subpath, const Vertex& vertex, Carries carries, s
   subpath.distant = false;
   const float left = subpath.beta.cwiseProduct(view_.tint(subpath.ice)).maxCoeff() / subpath.brightness;
   if (left >= kRouletteBelow) return true;
-  if (!(other.v < left)) return false;
-  subpath.beta /= left;
+  if (!(other.v * kRouletteBelow < left)) return false;
+  subpath.beta *= kRouletteBelow / left;
   return true;
 }
 
