@@ -82,8 +82,10 @@ void TilePaths::find_light(std::size_t ray) {
 
 void TilePaths::sample_light(const Subpath& subpath, const Vertex& vertex) {
   const PathRandom& random = paths_[subpath.path].random;
+  const Sample2 choice = random.pair(kEyes + pair_of(subpath.vertices, kChoiceOfLight));
   LightSample light;
-  if (!view_.world.lights.sample(vertex.p, random.pair(kEyes + pair_of(subpath.vertices, kChoiceOfLight)).u,
+  if (choice.v >= vertex.lit) return;
+  if (!view_.world.lights.sample(vertex.p, choice.u,
                                  random.pair(kEyes + pair_of(subpath.vertices, kPointOfLight)), light))
     return;
   const float cosine = vertex.cosine(light.direction);
@@ -94,7 +96,7 @@ void TilePaths::sample_light(const Subpath& subpath, const Vertex& vertex) {
                                           ways_.light_vertices - 1);
   const Vec3f bring =
       vertex.beta.cwiseProduct(vertex.scattered(light.direction)).cwiseProduct(light.radiance) *
-      (cosine / light.pdf * static_cast<float>(1 / (1 + others)));
+      (cosine / (light.pdf * vertex.lit) * static_cast<float>(1 / (1 + others)));
   link(vertex.start(light.direction), light.direction, light.distance,
        {subpath.path, bring, vertex.ice, 0, 0});
 }

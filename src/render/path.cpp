@@ -15,8 +15,10 @@ namespace firn {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr int kBlock = 4;  // pixels: neighbours in a stream are neighbours on the film
+constexpr int kBlock = 4;               // pixels: neighbours in a stream are neighbours on the film
 constexpr float kRouletteBelow = 0.1f;  // of what the subpath began with
+// Deep snow is at least five mean free paths from the light.
+constexpr float kLitDeep = 0.1f;
 constexpr float kLift = 1, kAside = 1.5f;  // spacings
 constexpr float kShort = 1 - 1e-4f;  // of the way between two points, so as not to meet the farther's surface
 
@@ -164,6 +166,7 @@ TilePaths::Vertex TilePaths::arrive(Subpath& subpath, std::size_t ray) const {
   } else {
     const SnowGrain& grain = grain_at(vertex.p, arrival.what == Meets::deep_snow);
     vertex.g = grain.g;
+    if (arrival.what == Meets::deep_snow) vertex.lit = kLitDeep;
     subpath.ice += grain.ice;
     subpath.beta = subpath.beta.cwiseProduct(grain.albedo);
   }

@@ -66,6 +66,7 @@ class TilePaths {
     SurfacePoint surface;
     float off = 0;  // m, that rays leave above the surface
     float g = 0;    // in a medium
+    float lit = 1;  // the chance that it is connected to a light
     int place = 1;  // how many vertices its subpath has with it
     Trail trail;
 
