@@ -76,7 +76,12 @@ void TilePaths::find_light(std::size_t ray) {
                  ways_.to_light ? subpath.meets * chosen : 0.f);
     others = trail.others(1, light.pdf_emit, ways_.light_vertices);
   }
-  const Vec3f bring = subpath.beta.cwiseProduct(arrival.weight).cwiseProduct(light.radiance);
+  // A sun that a matt surface sees in a mirror is only met by chance, once in a thousand paths and then
+  // glaring: noise. It is left to light subpaths, if there are any.
+  const bool by_chance = subpath.spread && subpath.meets == 0 && arrival.what == Meets::nothing &&
+                         ways_.light_vertices == 1 && !view_.setup.image.reference;
+  const Vec3f radiance = by_chance ? view_.world.lights.sky(rays_.direction(ray)) : light.radiance;
+  const Vec3f bring = subpath.beta.cwiseProduct(arrival.weight).cwiseProduct(radiance);
   add({subpath.path, bring * static_cast<float>(1 / (1 + others)), subpath.ice, 0, 0}, Vec3f::Ones());
 }
 

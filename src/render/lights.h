@@ -78,6 +78,9 @@ class LightSet {
   // What a ray that leaves the scene brings. Its pdf_emit is 0 if its line misses the disc.
   LightHit escape(const Vec3f& o, const Vec3f& d) const;
 
+  // The same without suns.
+  Vec3f sky(const Vec3f& d) const { return sky_.radiance(d); }
+
  private:
   struct Sun {
     Vec3f direction, radiance;

@@ -203,6 +203,7 @@ bool TilePaths::leave(Subpath& subpath, const Vertex& vertex, Carries carries, s
   subpath.cosine = vertex.cosine(direction);
   subpath.meets = vertex.specular ? 0.f : 1.f;
   subpath.distant = false;
+  subpath.spread = subpath.spread || !vertex.specular;
   const float left = subpath.beta.cwiseProduct(view_.tint(subpath.ice)).maxCoeff() / subpath.brightness;
   if (left >= kRouletteBelow) return true;
   if (!(other.v * kRouletteBelow < left)) return false;

@@ -84,6 +84,7 @@ class TilePaths {
     float cosine = 1;      // at the vertex that it left
     float meets = 0;       // how its present edge counts where subpaths meet
     bool distant = false;  // it comes from a light at infinity
+    bool spread = false;   // a surface or medium behind it scattered
     int vertices = 1;      // so far
     float brightness = 1;  // of its start: roulette is about what is left of it
     Trail trail;
