@@ -18,12 +18,11 @@ constexpr float kSnowAlbedo = 0.9f;
 void TilePaths::walk_eyes() {
   const float pixels =
       static_cast<float>(view_.setup.image.width) * static_cast<float>(view_.setup.image.height);
-  for (std::size_t k = 0; k < paths_.size(); ++k) {
-    const Path& path = paths_[k];
+  begin_subpaths();
+  for (Subpath& subpath : subpaths_) {
+    const Path& path = paths_[subpath.path];
     const CameraRay ray = view_.camera.ray(path.x, path.y, path.random.pair(kEyes + kFilmPoint),
                                            path.random.pair(kEyes + kLensPoint));
-    Subpath subpath;
-    subpath.path = static_cast<std::uint32_t>(k);
     subpath.density = view_.camera.film_density(ray.direction);
     subpath.meets = ways_.to_camera ? pixels : 0;  // as many light subpaths can be seen at each pixel
     go_on(subpath, ray.origin, ray.direction, kEyes);
@@ -38,7 +37,7 @@ void TilePaths::walk_eyes() {
 }
 
 void TilePaths::visit(std::size_t ray) {
-  Subpath& subpath = subpaths_[ray];
+  Subpath& subpath = subpath_of(ray);
   Arrival& arrival = arrivals_[ray];
   const bool glows = arrival.what == Meets::object &&
                      view_.world.lights.object_hit(arrival.object.object, rays_.direction(ray),
@@ -62,7 +61,7 @@ void TilePaths::visit(std::size_t ray) {
 
 // The ray came upon a light.
 void TilePaths::find_light(std::size_t ray) {
-  const Subpath& subpath = subpaths_[ray];
+  const Subpath& subpath = subpath_of(ray);
   const Arrival& arrival = arrivals_[ray];
   const LightHit& light = arrival.light;
   double others = 0;
@@ -96,9 +95,9 @@ void TilePaths::sample_light(const Subpath& subpath, const Vertex& vertex) {
   const float cosine = vertex.cosine(light.direction);
   const double found = vertex.density(vertex.back, light.direction) / light.pdf;
   const double others =
-      found * found + vertex.trail.others(light.pdf_emit * cosine / (light.pdf * light.cosine),
-                                          vertex.density(light.direction, vertex.back),
-                                          ways_.light_vertices - 1);
+      found * found + subpath.trail.others(light.pdf_emit * cosine / (light.pdf * light.cosine),
+                                           vertex.density(light.direction, vertex.back),
+                                           ways_.light_vertices - 1);
   const Vec3f bring =
       vertex.beta.cwiseProduct(vertex.scattered(light.direction)).cwiseProduct(light.radiance) *
       (cosine / (light.pdf * vertex.lit) * static_cast<float>(1 / (1 + others)));
@@ -109,15 +108,15 @@ void TilePaths::sample_light(const Subpath& subpath, const Vertex& vertex) {
 void TilePaths::connect(const Subpath& subpath, const Vertex& eye) {
   const Path& path = paths_[subpath.path];
   for (std::uint32_t k = path.first_light; k < path.end_light; ++k) {
-    const Vertex& light = light_vertices_[k];
+    const LightVertex& light = light_vertices_[k];
     const Vec3f between = light.p - eye.p;
     const float square = between.squaredNorm(), distance = std::sqrt(square);
     if (!(square > 0)) continue;
     const Vec3f to_light = between / distance, to_eye = -to_light;
     const float at_eye = eye.cosine(to_light), at_light = light.cosine(to_eye);
     const double others =
-        eye.trail.others(light.density(light.back, to_eye) * at_eye / square, eye.density(to_light, eye.back),
-                         ways_.light_vertices - light.place) +
+        subpath.trail.others(light.density(light.back, to_eye) * at_eye / square,
+                             eye.density(to_light, eye.back), ways_.light_vertices - light.place) +
         light.trail.others(eye.density(eye.back, to_light) * at_light / square,
                            light.density(to_eye, light.back), ways_to_eye(light.place, subpath.vertices));
     const Vec3f bring = eye.beta.cwiseProduct(eye.scattered(to_light))
@@ -131,7 +130,7 @@ void TilePaths::connect(const Subpath& subpath, const Vertex& eye) {
 }
 
 void TilePaths::note_first(std::size_t ray, const Vertex& vertex) {
-  Path& path = paths_[subpaths_[ray].path];
+  Path& path = paths_[going_[ray]];
   path.inside = !vertex.on_surface;
   path.seen.depth = rays_.t(ray);
   path.seen.albedo = vertex.on_surface ? vertex.surface.albedo : Vec3f::Constant(kSnowAlbedo);
@@ -154,7 +153,7 @@ void TilePaths::see_snow() {
     const Vec3f p = rays_.at_hit(ray), back = -rays_.direction(ray);
     const Vec3f normal =
         ball ? Vec3f((p - view_.grid.center(hit)) / view_.grid.radius(hit)) : view_.field.normal(p, back);
-    FilmSample& seen = paths_[subpaths_[ray].path].seen;
+    FilmSample& seen = paths_[going_[ray]].seen;
     seen.depth = rays_.t(ray);
     seen.albedo = Vec3f::Constant(kSnowAlbedo);
     seen.normal = normal;
@@ -165,7 +164,7 @@ void TilePaths::see_snow() {
 // The facets of ice in the snow's surface mirror a light to the camera.
 void TilePaths::glint(std::size_t ray, std::uint32_t sorted, const Vec3f& normal) {
   const Vec3f p = rays_.at_hit(ray), back = -rays_.direction(ray);
-  const std::uint32_t index = subpaths_[ray].path;
+  const std::uint32_t index = going_[ray];
   const PathRandom& random = paths_[index].random;
   LightSample light;
   if (!view_.world.lights.sample(p, random.pair(kEyes + pair_of(0, kChoiceOfGlint)).u,

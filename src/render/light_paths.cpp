@@ -42,16 +42,16 @@ void TilePaths::walk_lights(Film& film) {
   light_vertices_.clear();
   std::vector<std::uint32_t> path_of;
   lights_left_.resize(paths_.size());
-  for (std::size_t k = 0; k < paths_.size(); ++k) {
-    Subpath subpath;
-    subpath.path = static_cast<std::uint32_t>(k);
+  begin_subpaths();
+  for (Subpath& subpath : subpaths_) {
     Vec3f origin, direction;
-    if (start_light(subpath, origin, direction, lights_left_[k])) go_on(subpath, origin, direction, kLights);
+    if (start_light(subpath, origin, direction, lights_left_[subpath.path]))
+      go_on(subpath, origin, direction, kLights);
   }
   while (fly(false)) {
     clear_links();
     for (std::size_t ray = 0; ray < rays_.size(); ++ray) {
-      Subpath& subpath = subpaths_[ray];
+      Subpath& subpath = subpath_of(ray);
       const Meets what = arrivals_[ray].what;
       if (what == Meets::nothing || what == Meets::light) continue;
       if (subpath.vertices == 1) subpath.meets = first_meets(subpath, ray);
@@ -59,7 +59,7 @@ void TilePaths::walk_lights(Film& film) {
       if (!vertex.specular) {
         if (ways_.to_camera) show(subpath, vertex);
         if (ways_.to_light) {
-          light_vertices_.push_back(vertex);
+          light_vertices_.push_back({vertex, subpath.trail});
           path_of.push_back(subpath.path);
         }
       }
@@ -93,7 +93,7 @@ void TilePaths::sort_light_vertices(const std::vector<std::uint32_t>& path_of) {
   std::iota(order.begin(), order.end(), 0u);
   std::stable_sort(order.begin(), order.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return path_of[a] < path_of[b]; });
-  std::vector<Vertex> sorted;
+  std::vector<LightVertex> sorted;
   sorted.reserve(order.size());
   for (const std::uint32_t k : order) {
     Path& path = paths_[path_of[k]];
@@ -118,8 +118,8 @@ void TilePaths::show(const Subpath& subpath, const Vertex& vertex) {
                      (eye.distance * eye.distance);
   const float pixels =
       static_cast<float>(view_.setup.image.width) * static_cast<float>(view_.setup.image.height);
-  const double others = vertex.trail.others(seen / pixels, vertex.density(eye.direction, vertex.back),
-                                            ways_.to_light ? ways_to_eye(subpath.vertices, 1) : 0);
+  const double others = subpath.trail.others(seen / pixels, vertex.density(eye.direction, vertex.back),
+                                             ways_.to_light ? ways_to_eye(subpath.vertices, 1) : 0);
   const Vec3f light = vertex.beta.cwiseProduct(vertex.scattered(eye.direction)) *
                       (seen * static_cast<float>(1 / (1 + others)));
   link(vertex.start(eye.direction), eye.direction, eye.distance,

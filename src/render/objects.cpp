@@ -26,7 +26,8 @@ ObjectSet::ObjectSet(std::vector<Object> objects, std::vector<Surface> surfaces)
     : objects_(std::move(objects)),
       surfaces_(std::move(surfaces)),
       triangles_(objects_.size()),
-      pose_(objects_.size()) {
+      pose_(objects_.size()),
+      room_(objects_.size()) {
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     if (objects_[i].surface < 0 || objects_[i].surface >= static_cast<int>(surfaces_.size())) {
       throw Error(ExitCode::usage, "object " + std::to_string(i), "its surface does not exist");
@@ -41,6 +42,18 @@ void ObjectSet::place(const Vec3& origin, double time) {
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     pose_[i] = objects_[i].motion.pose(objects_[i].shape.pose, time);
     pose_[i].translation -= origin;
+    const Shape placed{objects_[i].shape.form, pose_[i]};
+    Room& room = room_[i];
+    if (std::holds_alternative<HalfSpace>(placed.form)) {
+      const Vec3 normal = pose_[i].rotation.col(1);
+      const double offset = normal.dot(pose_[i].translation);
+      room.normal = normal.cast<float>();
+      room.offset = static_cast<float>(offset + 1e-6 * (std::fabs(offset) + pose_[i].translation.norm()));
+      continue;
+    }
+    const Bounds bounds = world_bounds(placed);
+    const Vec3 margin = Vec3::Constant(1e-5 * (bounds.size().norm() + bounds.center().norm()));
+    room = {(bounds.min - margin).cast<float>(), (bounds.max + margin).cast<float>(), Vec3f::Zero(), 0};
   }
 }
 
@@ -85,6 +98,7 @@ ObjectHit ObjectSet::closest(const Vec3f& o, const Vec3f& d, float reach) const 
   double limit = reach;
   Vec3 normal, best_normal, best_local;
   for (std::size_t i = 0; i < objects_.size(); ++i) {
+    if (room_[i].beyond(o, static_cast<float>(limit))) continue;
     const Mat3& rotation = pose_[i].rotation;
     const Vec3 local_o = rotation.transpose() * (o.cast<double>() - pose_[i].translation);
     const Vec3 local_d = rotation.transpose() * d.cast<double>();
@@ -105,7 +119,7 @@ ObjectHit ObjectSet::closest(const Vec3f& o, const Vec3f& d, float reach) const 
 bool ObjectSet::occluded(const Vec3f& o, const Vec3f& d, float reach) const {
   Vec3 normal;
   for (std::size_t i = 0; i < objects_.size(); ++i) {
-    if (surfaces_[objects_[i].surface].kind == SurfaceKind::none) continue;
+    if (surfaces_[objects_[i].surface].kind == SurfaceKind::none || room_[i].beyond(o, reach)) continue;
     const Mat3& rotation = pose_[i].rotation;
     const Vec3 local_o = rotation.transpose() * (o.cast<double>() - pose_[i].translation);
     const double limit = reach;

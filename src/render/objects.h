@@ -42,6 +42,19 @@ class ObjectSet {
   bool occluded(const Vec3f& o, const Vec3f& d, float reach) const;
 
  private:
+  // Where an object is at most, render space: most rays in snow end long before they could meet it.
+  struct Room {
+    Vec3f low, high;  // m, of its box; of a half space all
+    Vec3f normal;     // of a half space, whose points have normal . p <= offset; else 0
+    float offset = 0;
+
+    bool beyond(const Vec3f& o, float reach) const {
+      if (normal.squaredNorm() > 0) return normal.dot(o) - offset > reach;
+      const Vec3f apart = (low - o).cwiseMax(o - high).cwiseMax(0.f);
+      return apart.squaredNorm() > reach * reach;
+    }
+  };
+
   double intersect(std::size_t object, const Vec3& o, const Vec3& d, double limit, Vec3& normal) const;
   Vec3f albedo_at(int object, const Vec3& local, const Vec3& normal) const;
 
@@ -49,6 +62,7 @@ class ObjectSet {
   std::vector<Surface> surfaces_;
   std::vector<std::shared_ptr<const TriangleSet>> triangles_;  // per object; empty for analytic shapes
   std::vector<Pose> pose_;                                     // render space
+  std::vector<Room> room_;
 };
 
 }  // namespace firn

@@ -94,9 +94,14 @@ Vec3f TilePaths::Vertex::start(const Vec3f& direction) const {
 
 // ---- A step of either kind of subpath
 
+void TilePaths::begin_subpaths() {
+  subpaths_.assign(paths_.size(), {});
+  for (std::size_t k = 0; k < paths_.size(); ++k) subpaths_[k].path = static_cast<std::uint32_t>(k);
+}
+
 void TilePaths::go_on(const Subpath& subpath, const Vec3f& from, const Vec3f& direction,
                       std::uint32_t stream) {
-  next_subpaths_.push_back(subpath);
+  next_going_.push_back(subpath.path);
   next_rays_.push(from, direction, kInfinity);
   next_keys_.push_back(
       paths_[subpath.path].random.key(stream + static_cast<std::uint32_t>(subpath.vertices)));
@@ -104,10 +109,10 @@ void TilePaths::go_on(const Subpath& subpath, const Vec3f& from, const Vec3f& di
 
 // All that went on finds where it arrives; false if nothing did.
 bool TilePaths::fly(bool first) {
-  std::swap(subpaths_, next_subpaths_);
+  std::swap(going_, next_going_);
   std::swap(rays_, next_rays_);
   std::swap(keys_, next_keys_);
-  next_subpaths_.clear();
+  next_going_.clear();
   next_rays_.clear();
   next_keys_.clear();
   if (rays_.size() == 0) return false;
@@ -176,7 +181,6 @@ TilePaths::Vertex TilePaths::arrive(Subpath& subpath, std::size_t ray) const {
   const float spread = subpath.distant ? 1.f : 1 / (t * t);
   subpath.trail.arrive(subpath.density * vertex.cosine(vertex.back) * spread, subpath.cosine * spread,
                        vertex.specular ? 0.f : subpath.meets);
-  vertex.trail = subpath.trail;
   vertex.place = ++subpath.vertices;
   return vertex;
 }

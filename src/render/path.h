@@ -68,12 +68,14 @@ class TilePaths {
     float g = 0;    // in a medium
     float lit = 1;  // the chance that it is connected to a light
     int place = 1;  // how many vertices its subpath has with it
-    Trail trail;
 
     Vec3f scattered(const Vec3f& to) const;                   // BSDF or phase function, 1/sr
     float density(const Vec3f& from, const Vec3f& to) const;  // of going there, coming from there; 1/sr
     float cosine(const Vec3f& direction) const;               // 1 in a medium
     Vec3f start(const Vec3f& direction) const;                // of a ray that leaves it
+  };
+  struct LightVertex : Vertex {
+    Trail trail;
   };
   // On its way from one vertex to the next.
   struct Subpath {
@@ -115,6 +117,7 @@ class TilePaths {
   void show(const Subpath& subpath, const Vertex& vertex);
   int ways_to_eye(int light, int eye) const;
 
+  void begin_subpaths();
   void walk_eyes();
   void visit(std::size_t ray);
   void find_light(std::size_t ray);
@@ -123,6 +126,7 @@ class TilePaths {
 
   void go_on(const Subpath& subpath, const Vec3f& from, const Vec3f& direction, std::uint32_t stream);
   bool fly(bool first);
+  Subpath& subpath_of(std::size_t ray) { return subpaths_[going_[ray]]; }
   void become_surface(Vertex& vertex, std::size_t ray, const Subpath& subpath) const;
   Vertex arrive(Subpath& subpath, std::size_t ray) const;
   bool leave(Subpath& subpath, const Vertex& vertex, Carries carries, std::uint32_t stream,
@@ -142,8 +146,9 @@ class TilePaths {
   Ways ways_;
   std::uint64_t rays_traced_ = 0;
   std::vector<Path> paths_;
-  // The subpaths on their way, a ray each, and those of the next step.
-  std::vector<Subpath> subpaths_, next_subpaths_;
+  std::vector<Subpath> subpaths_;  // per path
+  // Whose subpaths are on their way, a ray each, and whose will be in the next step.
+  std::vector<std::uint32_t> going_, next_going_;
   RayStream rays_, next_rays_;
   std::vector<std::uint64_t> keys_, next_keys_;
   std::vector<Arrival> arrivals_;
@@ -152,7 +157,7 @@ class TilePaths {
   std::vector<std::uint64_t> link_keys_;
   std::vector<Brings> brings_;
   std::vector<Vec3f> through_;
-  std::vector<Vertex> light_vertices_;
+  std::vector<LightVertex> light_vertices_;
   std::vector<LightHit> lights_left_;  // per path: where its light subpath began
 };
 

@@ -11,19 +11,19 @@ namespace firn {
 
 class RayStream {
  public:
-  void clear() {
-    for_each_column([](auto& column) { column.clear(); });
-  }
+  void clear() { size_ = 0; }
   void push(const Vec3f& origin, const Vec3f& direction, float reach) {
+    if (size_ == t_.size()) grow();
     for (int a = 0; a < 3; ++a) {
-      origin_[a].push_back(origin[a]);
-      direction_[a].push_back(direction[a]);
+      origin_[a][size_] = origin[a];
+      direction_[a][size_] = direction[a];
     }
-    t_.push_back(reach);
-    hit_.push_back(kernels::kNoHit);
+    t_[size_] = reach;
+    hit_[size_] = kernels::kNoHit;
+    ++size_;
   }
 
-  std::size_t size() const { return t_.size(); }
+  std::size_t size() const { return size_; }
   Vec3f origin(std::size_t i) const { return {origin_[0][i], origin_[1][i], origin_[2][i]}; }
   Vec3f direction(std::size_t i) const { return {direction_[0][i], direction_[1][i], direction_[2][i]}; }
   float& t(std::size_t i) { return t_[i]; }
@@ -39,13 +39,15 @@ class RayStream {
   }
 
  private:
-  template <class F>
-  void for_each_column(F&& f) {
-    for (auto& column : origin_) f(column);
-    for (auto& column : direction_) f(column);
-    f(t_);
-    f(hit_);
+  void grow() {
+    const std::size_t room = size_ < 512 ? 1024 : 2 * size_;
+    for (auto& column : origin_) column.resize(room);
+    for (auto& column : direction_) column.resize(room);
+    t_.resize(room);
+    hit_.resize(room);
   }
+
+  std::size_t size_ = 0;  // of the columns' room
   std::vector<float> origin_[3], direction_[3], t_;
   std::vector<std::uint32_t> hit_;
 };
