@@ -21,8 +21,9 @@ struct SnowGrain {
   }
 };
 
-// Albedo of an isotropic collision in a deep medium whose reflectance is R: the fit of Christensen and Burley
-// 2015 (Pixar Technical Memo 15-04), exact at R = 1.
+// Albedo of an isotropic collision in a deep medium whose reflectance is R: the fit of Chiang, Kutz, Burley
+// 2016 ("Practical and controllable subsurface scattering for production path tracing"; from memory). It ends
+// at 0.9989; a reflectance of 1 is taken as white.
 inline double collision_albedo(double reflectance) {
   const double r = reflectance;
   if (r >= 1) return 1;

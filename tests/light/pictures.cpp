@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "tests/light/pictures.h"
 
+#include <tbb/global_control.h>
+
 #include <bit>
 #include <cmath>
+#include <string>
 
 #include "src/core/rng.h"
+#include "tests/catch.h"
 
 namespace firn::test {
 
@@ -87,6 +91,20 @@ std::uint64_t hash(const Picture& film) {
   std::uint64_t hash = 0;
   for (const float value : film.rgb) hash = hash_keys(hash, std::bit_cast<std::uint32_t>(value));
   return hash;
+}
+
+void require_same_bits(const Snapshot& snapshot, const RenderSetup& setup) {
+  std::uint64_t expected = 0;
+  for (const auto* table : supported_kernels()) {
+    if (std::string(table->isa) == "base") continue;
+    for (const std::size_t threads : {1, 2, 4}) {
+      tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+      const std::uint64_t seen = hash(render(snapshot, setup, *table));
+      if (expected == 0) expected = seen;
+      INFO(table->isa << " with " << threads << " threads");
+      CHECK(seen == expected);
+    }
+  }
 }
 
 }  // namespace firn::test

@@ -25,4 +25,7 @@ Picture render(const Snapshot& snapshot, const RenderSetup& setup);  // with the
 Vec3f mean(const Picture& film);
 std::uint64_t hash(const Picture& film);
 
+// Renders with 1, 2 and 4 threads, on x86-64-v3 and v4: all must be the same bits.
+void require_same_bits(const Snapshot& snapshot, const RenderSetup& setup);
+
 }  // namespace firn::test

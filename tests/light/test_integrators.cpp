@@ -15,9 +15,7 @@ namespace {
 
 constexpr int kSize = 32, kBlock = 8, kSeeds = 16;
 
-struct Blocks {
-  std::vector<Estimate> each;
-};
+using Blocks = std::vector<Estimate>;
 
 // The green channel of each block of pixels, over seeds.
 Blocks measure(RenderSetup setup, const Snapshot& snapshot, Integrator integrator, int samples) {
@@ -39,25 +37,33 @@ Blocks measure(RenderSetup setup, const Snapshot& snapshot, Integrator integrato
   Blocks blocks;
   for (std::size_t k = 0; k < sum.size(); ++k) {
     const double mean = sum[k] / kSeeds;
-    blocks.each.push_back({mean, std::sqrt(std::max(squares[k] / kSeeds - mean * mean, 0.0) / (kSeeds - 1))});
+    blocks.push_back({mean, std::sqrt(std::max(squares[k] / kSeeds - mean * mean, 0.0) / (kSeeds - 1))});
   }
   return blocks;
 }
 
 // Adds the differences of two measurements; blocks that are the same in every seed must be the same in both.
 void compare(const Blocks& a, const Blocks& b, Scores& scores) {
-  for (std::size_t k = 0; k < a.each.size(); ++k) {
-    const double error = std::hypot(a.each[k].error, b.each[k].error);
-    INFO("block " << k << ": " << a.each[k].mean << " +- " << a.each[k].error << " and " << b.each[k].mean
-                  << " +- " << b.each[k].error);
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    const double error = std::hypot(a[k].error, b[k].error);
+    INFO("block " << k << ": " << a[k].mean << " +- " << a[k].error << " and " << b[k].mean << " +- "
+                  << b[k].error);
     if (error < 1e-7) {
-      CHECK(a.each[k].mean == Approx(b.each[k].mean).margin(1e-5));
+      CHECK(a[k].mean == Approx(b[k].mean).margin(1e-5));
       continue;
     }
-    const double z = (a.each[k].mean - b.each[k].mean) / error;
+    const double z = (a[k].mean - b[k].mean) / error;
     CHECK(std::fabs(z) < 4.5);
     scores.add(z, 0, 1);
   }
+}
+
+void require_agreement(const RenderSetup& setup, const Snapshot& snapshot, int path_samples,
+                       int bidirectional_samples) {
+  Scores scores;
+  compare(measure(setup, snapshot, Integrator::path, path_samples),
+          measure(setup, snapshot, Integrator::bidirectional, bidirectional_samples), scores);
+  require_unbiased(scores);
 }
 
 void add_box(RenderSetup& setup, const Vec3& center, const Vec3& size, int surface) {
@@ -141,10 +147,7 @@ TEST_CASE("path and bidirectional agree in milk behind glass", "[light]") {
   add_box(setup, Vec3(0, -0.3, 0), Vec3(2, 0.1, 2), add_surface(setup, SurfaceKind::diffuse, 0.5f));
   setup.lights.push_back(SphereLight{Vec3(0.4, 0.8, 0.3), 0.3, Vec3f::Constant(5)});
   setup.lights.push_back(ConstantLight{Vec3f::Constant(0.3f)});
-  Scores scores;
-  compare(measure(setup, {}, Integrator::path, 32), measure(setup, {}, Integrator::bidirectional, 16),
-          scores);
-  require_unbiased(scores);
+  require_agreement(setup, {}, 32, 16);
 }
 
 TEST_CASE("path, light and bidirectional agree on snow under sun and sky", "[light]") {
@@ -153,11 +156,7 @@ TEST_CASE("path, light and bidirectional agree on snow under sun and sky", "[lig
   add_box(setup, Vec3(0, -0.2, 0), Vec3(1, 0.1, 1), add_surface(setup, SurfaceKind::diffuse, 0.5f));
   setup.lights.push_back(SunLight{Vec3(1, 1, 0.5), 2, Vec3f::Constant(2)});
   setup.lights.push_back(SkyLight{Vec3f::Constant(0.3f), Vec3f::Constant(0.5f), Vec3f::Constant(0.2f)});
-  const Snapshot snow = snowball(Vec3::Zero(), 0.15, 0.012);
-  Scores scores;
-  compare(measure(setup, snow, Integrator::path, 16), measure(setup, snow, Integrator::bidirectional, 8),
-          scores);
-  require_unbiased(scores);
+  require_agreement(setup, snowball(Vec3::Zero(), 0.15, 0.012), 16, 8);
 }
 
 TEST_CASE("path and bidirectional agree on a lamp seen through snow", "[light]") {
@@ -166,11 +165,7 @@ TEST_CASE("path and bidirectional agree on a lamp seen through snow", "[light]")
   setup.lights.push_back(
       QuadLight{Vec3(-0.1, -0.1, -0.3), Vec3(0.2, 0, 0), Vec3(0, 0.2, 0), Vec3f::Constant(5)});
   add_box(setup, Vec3(0, -0.2, 0), Vec3(1, 0.1, 1), add_surface(setup, SurfaceKind::diffuse, 0.5f));
-  const Snapshot snow = snowball(Vec3::Zero(), 0.15, 0.012);
-  Scores scores;
-  compare(measure(setup, snow, Integrator::path, 16), measure(setup, snow, Integrator::bidirectional, 8),
-          scores);
-  require_unbiased(scores);
+  require_agreement(setup, snowball(Vec3::Zero(), 0.15, 0.012), 16, 8);
 }
 
 TEST_CASE("path and bidirectional agree among mirrors, glass, gloss and snow", "[light]") {
@@ -183,9 +178,5 @@ TEST_CASE("path and bidirectional agree among mirrors, glass, gloss and snow", "
   add_ball(setup, Vec3(-0.28, 0.16, 0.1), 0.15, gloss);
   add_ball(setup, Vec3(0.28, 0.16, 0.2), 0.12, glass);
   add_box(setup, Vec3(0.2, 0.3, -0.3), Vec3(0.3, 0.6, 0.1), mirror);
-  const Snapshot snow = snowball(Vec3(0, 0.5, -0.1), 0.12, 0.012);
-  Scores scores;
-  compare(measure(setup, snow, Integrator::path, 48), measure(setup, snow, Integrator::bidirectional, 24),
-          scores);
-  require_unbiased(scores);
+  require_agreement(setup, snowball(Vec3(0, 0.5, -0.1), 0.12, 0.012), 48, 24);
 }
