@@ -56,7 +56,7 @@ double time_flights(const kernels::TraceKernels& kernels, const SnowField& field
     for (std::size_t k = 0; k < rays.size(); ++k) {
       RayStream flying = rays[k];
       best[k].add(seconds_of(
-          [&] { kernels.collide(field.view(), medium, flying.view(), keys.data(), 0, flying.size()); }));
+          [&] { kernels.collide(field.view(), medium, flying.view(), keys.data(), nullptr, 0, flying.size()); }));
     }
   }
   double sum = 0;

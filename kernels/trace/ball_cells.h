@@ -15,6 +15,8 @@ struct BallCells {
   }
   void start(Mask, const LaneRays&) {}
   void pass(Mask) {}
+  Mask turned() const { return mask_of_bits(0); }
+  void finish(int, const LaneRays&) {}
   FIRN_INLINE Mask meet(const Walk& walk, Ints slot, const Mask& lanes, LaneRays& rays) {
     const Ints place = walk.cell_in(slot);
     const Ints word = gather(reinterpret_cast<const std::int32_t*>(grid.list), place, lanes);

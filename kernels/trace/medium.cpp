@@ -3,12 +3,15 @@
 // 1965) with a majorant a cell. A ray carries the optical depth that is left to its next tentative collision
 // from cell to cell; there the extinction is read, and the collision is real with extinction / majorant.
 // Random numbers are functions of a ray's key and of how many it has drawn, so that its lane does not matter.
+// Walks (`wander`) turn where they collide and go on in their lanes.
 #include "kernels/simd/math.h"
 #include "kernels/trace/cell_list.h"
 #include "kernels/trace/stream.h"
 
 namespace firn::kernels::FIRN_ISA {
 namespace {
+
+constexpr std::uint32_t kClassAt = 1u << 28;  // of WalkView::scattered
 
 // The finaliser of MurmurHash3 (Appleby), a bijection in which every bit depends on every bit.
 template <class T>
@@ -82,34 +85,69 @@ struct Corners {
   FIRN_INLINE static Floats mix(Floats low, Floats high, Floats by) { return fma(by, high - low, low); }
 };
 
+template <bool kWanders>
 struct MediumCells {
   const TraceGrid& grid;
   const MediumField& field;
   const std::uint64_t* key;
+  const float* share;
+  WalkView walks = {};
   alignas(64) std::int32_t low[kLanes] = {}, high[kLanes] = {};  // of the lanes' keys
   Bits drawn = {};
   Floats depth = {};  // optical, to the next tentative collision
   Floats from = {};   // m, where the last one was
+  Floats mean = {};   // optical depth between tentative collisions, 1 / share
+  // Of walks.
+  Mask watched = {};  // lanes on whose flight something else than snow might be
+  Mask turned_ = {};
+  alignas(64) std::int32_t scattered[kLanes] = {};
 
   // What strays are made of is not in the field, so they add to it: each has a collision of its own.
   inline void strays(const Ray& ray, std::size_t i, Nearest& best) const;
 
   FIRN_INLINE void start(Mask lanes, const LaneRays& rays) {
+    alignas(64) float its_share[kLanes];
+    store(its_share, splat(1));
+    int outside = 0;
     for (int left = lane_bits(lanes); left != 0; left &= left - 1) {
       const int lane = __builtin_ctz(static_cast<unsigned>(left));
       const std::uint64_t its = key[rays.ray[lane]];
       low[lane] = static_cast<std::int32_t>(its);
       high[lane] = static_cast<std::int32_t>(its >> 32);
+      if (share != nullptr) its_share[lane] = share[rays.ray[lane]];
+      if (rays.entry[lane] > 0) outside |= 1 << lane;
     }
     drawn = (Bits)select(lanes, splat_int(0), (Ints)drawn);
     from = select(lanes, splat(0), from);
-    depth = select(lanes, exponential(draw(lanes)), depth);
+    if (kWanders) {
+      watched = (watched & !lanes) | mask_of_bits(outside);
+      store(scattered, select(lanes, splat_int(0), load(scattered)));
+    }
+    mean = select(lanes, splat(1) / load(its_share), mean);
+    depth = select(lanes, exponential(draw(lanes)) * mean, depth);
   }
-  void pass(Mask) {}
+  FIRN_INLINE void pass(Mask lanes) {
+    if (kWanders) watched = watched | lanes;
+  }
+  FIRN_INLINE Mask turned() const { return kWanders ? turned_ : mask_of_bits(0); }
+  FIRN_INLINE void finish(int lane, const LaneRays& rays) {
+    if (!kWanders) return;
+    const std::size_t i = rays.ray[lane];
+    walks.scattered[i] = static_cast<std::uint32_t>(scattered[lane]);
+    if (scattered[lane] == 0) return;
+    for (int a = 0; a < 3; ++a) {
+      walks.origin[a][i] = rays.o[a][lane];
+      walks.direction[a][i] = rays.d[a][lane];
+    }
+  }
 
   FIRN_INLINE Mask meet(const Walk& walk, Ints slot, Mask& lanes, LaneRays& rays) {
     const Ints place = walk.cell_in(slot);
-    const Floats majorant = gather(field.majorant, place, lanes);
+    const Floats marked = gather(field.majorant, place, lanes), majorant = abs(marked);
+    if (kWanders) {
+      watched = watched | (lanes & less((Ints)marked, splat_int(0)));
+      turned_ = mask_of_bits(0);
+    }
     const Floats begin = max(from, walk.entered());
     const Floats end = max(min(walk.leaves(), load(rays.reach)), begin);
     const Floats t = begin + depth / majorant;  // no number where there is no snow
@@ -118,12 +156,13 @@ struct MediumCells {
     depth = select(lanes, max(fma(-majorant, end - begin, depth), splat(0)), depth);
     if (!any(tentative)) return tentative;
     from = select(tentative, t, from);
-    Mask deep;
-    const Floats sigma = extinction(walk, slot, place, tentative, t, deep);
+    Ints depth_class;
+    const Floats sigma = extinction(walk, slot, place, tentative, t, depth_class);
     const Mask real = tentative & less(uniform(draw(tentative)) * majorant, sigma);
     const Mask null = tentative & !real;
-    if (any(null)) depth = select(null, exponential(draw(null)), depth);
-    record(real, deep, t, rays);
+    if (any(null)) depth = select(null, exponential(draw(null)) * mean, depth);
+    if (kWanders && any(real)) return wander(walk, real, depth_class, t, rays);
+    record(real, depth_class, t, rays);
     return real;
   }
 
@@ -136,7 +175,7 @@ struct MediumCells {
 
   // 1/m, at t.
   FIRN_INLINE Floats extinction(const Walk& walk, Ints slot, Ints place, Mask lanes, Floats t,
-                                Mask& deep) const {
+                                Ints& depth_class) const {
     const Ints cell = place & (kCellsPerBrick - 1);
     const Ints bits =
         gather(reinterpret_cast<const std::int32_t*>(field.cell_kind), place >> 3, lanes) >> (4 * (cell & 7));
@@ -161,12 +200,13 @@ struct MediumCells {
       const Floats its = field.ball_density < 0 ? density : splat(field.ball_density);
       clipped = select(covered_lanes(walk, place, loose, p), max(clipped, its), clipped);
     }
-    deep = mask_of_bits(0);
-    if (field.deep != nullptr) {
-      const Ints word = gather(reinterpret_cast<const std::int32_t*>(field.deep), place >> 5, lanes);
-      deep = lanes & equal((word >> (place & 31)) & 1, splat_int(1));
+    depth_class = splat_int(0);
+    if (field.depth != nullptr) {
+      const Ints word = gather(reinterpret_cast<const std::int32_t*>(field.depth), place >> 3, lanes);
+      depth_class = (word >> (4 * (cell & 7))) & 7;
     }
-    return clipped * select(deep, splat(field.reduced), splat(field.extinction));
+    const Mask shallow = equal(depth_class, splat_int(0));
+    return clipped * select(shallow, splat(field.extinction), splat(field.reduced));
   }
 
   FIRN_INLINE Mask covered_lanes(const Walk& walk, Ints place, Mask lanes, const Floats p[3]) const {
@@ -187,16 +227,50 @@ struct MediumCells {
     return mask_of_bits(in);
   }
 
-  FIRN_INLINE static void record(Mask real, Mask deep, Floats t, LaneRays& rays) {
+  FIRN_INLINE static void record(Mask real, Ints code, Floats t, LaneRays& rays) {
     store(rays.reach, select(real, t, load(rays.reach)));
-    for (int left = lane_bits(real), reduced = lane_bits(deep); left != 0; left &= left - 1) {
+    std::int32_t codes[kLanes];
+    store(codes, code);
+    for (int left = lane_bits(real); left != 0; left &= left - 1) {
       const int lane = __builtin_ctz(static_cast<unsigned>(left));
-      rays.particle[lane] = reduced >> lane & 1 ? kDeepCollision : kCollision;
+      rays.particle[lane] = static_cast<std::uint32_t>(codes[lane]);
     }
+  }
+
+  // Of the lanes that collide at t, those that stop; the others scatter.
+  FIRN_INLINE Mask wander(const Walk& walk, Mask lanes, Ints depth_class, Floats t, LaneRays& rays) {
+    const Mask whole = !less(splat(1), mean);  // rays to which all of the extinction counts do not walk
+    const Floats chance = gather(field.lit, depth_class, lanes);
+    const Mask lit = lanes & (whole | less(uniform(draw(lanes)), chance));
+    const Ints count = load(scattered), times = count & static_cast<std::int32_t>(kClassAt - 1);
+    const Mask tired = !less(times, splat_int(kMostScattered));
+    const Mask stop = lit | (lanes & (watched | tired));
+    record(stop, select(lit, depth_class, depth_class + kUnlit), t, rays);
+    turned_ = lanes & !stop;
+    if (!any(turned_)) return stop;
+    store(scattered, select(turned_, times + 1 + depth_class * static_cast<std::int32_t>(kClassAt), count));
+    const Floats z = fma(splat(-2), uniform(draw(turned_)), splat(1));
+    const Floats r = sqrt(max(fma(-z, z, splat(1)), splat(0)));
+    Floats sine, cosine;
+    sincos_turn(uniform(draw(turned_)), sine, cosine);
+    const Floats direction[3] = {r * cosine, r * sine, z};
+    for (int a = 0; a < 3; ++a) {
+      store(rays.o[a], select(turned_, fma(t, walk.direction(a), walk.origin(a)), load(rays.o[a])));
+      store(rays.d[a], select(turned_, direction[a], load(rays.d[a])));
+    }
+    store(rays.reach, select(turned_, splat(__builtin_huge_valf()), load(rays.reach)));
+    for (int left = lane_bits(turned_); left != 0; left &= left - 1)
+      rays.entry[__builtin_ctz(static_cast<unsigned>(left))] = 0;
+    watched = watched & !turned_;
+    from = select(turned_, splat(0), from);
+    depth = select(turned_, exponential(draw(turned_)) * mean, depth);
+    return stop;
   }
 };
 
-void MediumCells::strays(const Ray& ray, std::size_t i, Nearest& best) const {
+template <bool kWanders>
+void MediumCells<kWanders>::strays(const Ray& ray, std::size_t i, Nearest& best) const {
+  const float its_share = share != nullptr ? share[i] : 1.f;
   const Floats d[3] = {splat(ray.d[0]), splat(ray.d[1]), splat(ray.d[2])};
   for (std::uint64_t b = 0; b < grid.stray_bundles; ++b) {
     const BallBundle& balls = grid.strays[b];
@@ -212,14 +286,15 @@ void MediumCells::strays(const Ray& ray, std::size_t i, Nearest& best) const {
       const Bits random =
           random_bits<Bits>((Bits)splat_int(static_cast<std::int32_t>(key[i])),
                             (Bits)splat_int(static_cast<std::int32_t>(key[i] >> 32)), ~number);
-      const Floats t = max(along - half, splat(0)) +
-                       exponential(random) / load(field.stray_extinction + b * kRayLanes + part);
+      const Floats t =
+          max(along - half, splat(0)) +
+          exponential(random) / (its_share * load(field.stray_extinction + b * kRayLanes + part));
       int found = lane_bits(less(splat(0), depth2) & less(t, along + half) & less(t, splat(best.t)));
       float distance[kLanes];
       store(distance, t);
       for (; found != 0; found &= found - 1) {
         const int lane = __builtin_ctz(static_cast<unsigned>(found));
-        if (distance[lane] < best.t) best = {distance[lane], kCollision};
+        if (distance[lane] < best.t) best = {distance[lane], 0};
       }
     }
   }
@@ -228,8 +303,18 @@ void MediumCells::strays(const Ray& ray, std::size_t i, Nearest& best) const {
 }  // namespace
 
 void collide(const TraceGrid& grid, const MediumField& field, const RayView& rays, const std::uint64_t* key,
-             std::size_t begin, std::size_t end) {
-  Stream<false, MediumCells>(grid, rays, begin, end, {grid, field, key}).run();
+             const float* share, std::size_t begin, std::size_t end) {
+  Stream<false, MediumCells<false>>(grid, rays, begin, end, {grid, field, key, share}).run();
+}
+
+void wander(const TraceGrid& grid, const MediumField& field, const WalkView& walks, const std::uint64_t* key,
+            const float* share, std::size_t begin, std::size_t end) {
+  const RayView rays{{walks.origin[0], walks.origin[1], walks.origin[2]},
+                     {walks.direction[0], walks.direction[1], walks.direction[2]},
+                     walks.t,
+                     walks.hit};
+  for (std::size_t i = begin; i < end; ++i) walks.scattered[i] = 0;
+  Stream<false, MediumCells<true>>(grid, rays, begin, end, {grid, field, key, share, walks}).run();
 }
 
 }  // namespace firn::kernels::FIRN_ISA

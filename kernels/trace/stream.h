@@ -25,6 +25,8 @@ struct LaneRays {
 //   void pass(Mask lanes)                                       these are in empty bricks
 //   Mask meet(const Walk&, Ints slot, Mask& lanes, LaneRays&)   these are in occupied ones; returns those
 //   done; takes out of `lanes` those that have more to do in their cells
+//   Mask turned()                                               of those, whose rays were changed
+//   void finish(int lane, const LaneRays&)                      this one is done
 template <bool kAny, class Cells>
 class Stream {
  public:
@@ -49,6 +51,7 @@ class Stream {
         Mask leaving = occupied;
         done = cells_.meet(walk_, slot, leaving, lane_);
         done = done | walk_.step(grid_, leaving & !done, load(lane_.reach));
+        if (const Mask turned = cells_.turned(); any(turned)) place(turned);
       }
       if (leap) {
         cells_.pass(empty);
@@ -77,12 +80,16 @@ class Stream {
       waiting_ &= waiting_ - 1;
       fresh |= 1 << lane;
     }
-    const Floats o[3] = {load(lane_.o[0]), load(lane_.o[1]), load(lane_.o[2])},
-                 d[3] = {load(lane_.d[0]), load(lane_.d[1]), load(lane_.d[2])};
     const Mask started = mask_of_bits(fresh);
-    walk_.place(grid_, o, d, started);
+    place(started);
     cells_.start(started, lane_);
     return live | started;
+  }
+
+  FIRN_INLINE void place(Mask lanes) {
+    const Floats o[3] = {load(lane_.o[0]), load(lane_.o[1]), load(lane_.o[2])},
+                 d[3] = {load(lane_.d[0]), load(lane_.d[1]), load(lane_.d[2])};
+    walk_.place(grid_, o, d, lanes);
   }
 
   // Reads the next rays of the stream and moves them to the grid's edge.
@@ -130,6 +137,7 @@ class Stream {
   FIRN_INLINE void finish(int lanes) {
     for (; lanes != 0; lanes &= lanes - 1) {
       const int lane = __builtin_ctz(static_cast<unsigned>(lanes));
+      cells_.finish(lane, lane_);
       if (lane_.particle[lane] == kNoHit) continue;
       const std::size_t i = lane_.ray[lane];
       rays_.hit[i] = kAny ? 0 : lane_.particle[lane];

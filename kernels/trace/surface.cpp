@@ -40,6 +40,8 @@ struct SurfaceCells {
     fresh = fresh | lanes;
     outside = outside & !lanes;
   }
+  Mask turned() const { return mask_of_bits(0); }
+  void finish(int, const LaneRays&) {}
   FIRN_INLINE void pass(Mask lanes) {
     outside = outside | lanes;
     fresh = fresh & !lanes;

@@ -14,12 +14,15 @@ void occluded_coherent(const TraceGrid&, const RayView&, std::size_t, std::size_
 void splat(const TraceGrid&, const int[3], std::uint32_t, std::uint32_t, const float*, float*);  // splat.cpp
 void surface_closest(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t, std::size_t);
 void surface_occluded(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t, std::size_t);
-void collide(const TraceGrid&, const MediumField&, const RayView&, const std::uint64_t*, std::size_t,
+void collide(const TraceGrid&, const MediumField&, const RayView&, const std::uint64_t*, const float*,
+             std::size_t,
              std::size_t);  // medium.cpp
+void wander(const TraceGrid&, const MediumField&, const WalkView&, const std::uint64_t*, const float*,
+            std::size_t, std::size_t);  // medium.cpp
 
 TraceKernels trace_kernels() {
   return {extent, cell_codes,      closest,          closest_coherent, occluded, occluded_coherent,
-          splat,  surface_closest, surface_occluded, collide};
+          splat,  surface_closest, surface_occluded, collide,          wander};
 }
 
 }  // namespace firn::kernels::FIRN_ISA

@@ -64,6 +64,14 @@ struct RayView {
   float* t;
   std::uint32_t* hit;
 };
+// Rays that may scatter on their way: origin and direction become those of the last flight.
+struct WalkView {
+  float* origin[3];
+  float* direction[3];
+  float* t;
+  std::uint32_t* hit;
+  std::uint32_t* scattered;  // how often, and in what depth the last time: count | class << 28
+};
 
 // Fields of the snow stand on the corners of the cells, 5x5x5 of them in each occupied brick (those on its
 // sides are its neighbours' too), and are trilinear in between. They are gathered in tiles: the 7x7x7 corners
@@ -92,18 +100,25 @@ struct MediumField {
   const float* density = nullptr;  // per occupied brick kBrickCorners, kg/m^3
   const float* fill = nullptr;     // as SurfaceField: snow is where it is at least the level
   // Per cell of an occupied brick: the most extinction (reduced where the cell is deep) there is in it, 1/m;
-  // 0: no snow.
+  // 0: no snow. With its sign bit: something else might be in the cell, so walks must come back to the
+  // caller.
   const float* majorant = nullptr;
   const std::uint32_t* cell_kind = nullptr;  // as SurfaceField
-  const std::uint32_t* deep = nullptr;       // per occupied brick two words, one bit a cell; null: none
+  // Per occupied brick eight words, four bits a cell: the class of its depth, from 0 at the surface to at
+  // most
+  // 7. Null: all are 0.
+  const std::uint32_t* depth = nullptr;
   float level = 0.5f;
-  float extinction = 0;  // m^2/kg, times the density: 1/m
-  float reduced = 0;     // m^2/kg, the same in deep cells: extinction * (1 - g)
+  float extinction = 0;        // m^2/kg, times the density: 1/m
+  float reduced = 0;           // m^2/kg, the same in cells of class 1 and more
+  const float* lit = nullptr;  // per class, the chance that walks stop at a collision there
   // kg/m^3 in the loose balls. Negative: the snow is balls alone, within which the density field counts.
   float ball_density = 0;
   const float* stray_extinction = nullptr;  // per stray (16 a bundle), 1/m
 };
-inline constexpr std::uint32_t kCollision = 0, kDeepCollision = 1;
+// Collisions: the class of the cell's depth; with kUnlit where a walk stopped without having drawn that.
+inline constexpr std::uint32_t kUnlit = 8, kCollisionCodes = 16;
+inline constexpr std::uint32_t kMostScattered = 256;  // of one walk
 
 struct Extent {
   float low, high;  // infinite if there is nothing
@@ -136,10 +151,16 @@ struct TraceKernels {
   void (*surface_occluded)(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t begin,
                            std::size_t end) = nullptr;
   // How far each ray gets through the snow, by delta tracking with a majorant a cell (Woodcock 1965): `hit`
-  // is kCollision, or kDeepCollision in a deep cell, or kNoHit where it passed. Rays may start in the snow.
-  // key: one per ray; its random numbers are hashes of the key and of how many it has drawn.
+  // is the class of the cell where it collided, or kNoHit where it passed. Rays may start in the snow.
+  // key: one per ray; its random numbers are hashes of the key and of how many it has drawn. share: one per
+  // ray, what of the extinction counts for it, in (0, 1]; null: all.
   void (*collide)(const TraceGrid&, const MediumField&, const RayView&, const std::uint64_t* key,
-                  std::size_t begin, std::size_t end) = nullptr;
+                  const float* share, std::size_t begin, std::size_t end) = nullptr;
+  // The same, but a ray of share < 1 that collides scatters isotropically and goes on, again and again: until
+  // a collision is drawn to be lit (by its cell's class), or might lie behind something else than snow on its
+  // flight, or the ray passes.
+  void (*wander)(const TraceGrid&, const MediumField&, const WalkView&, const std::uint64_t* key,
+                 const float* share, std::size_t begin, std::size_t end) = nullptr;
 };
 
 }  // namespace firn::kernels

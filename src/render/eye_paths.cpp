@@ -39,6 +39,8 @@ void TilePaths::walk_eyes() {
 void TilePaths::visit(std::size_t ray) {
   Subpath& subpath = subpath_of(ray);
   Arrival& arrival = arrivals_[ray];
+  walk_on(subpath, arrival);
+  if (subpath.vertices > ways_.eye_vertices) return;
   const bool glows = arrival.what == Meets::object &&
                      view_.world.lights.object_hit(arrival.object.object, rays_.direction(ray),
                                                    arrival.object, arrival.light);
@@ -72,7 +74,7 @@ void TilePaths::find_light(std::size_t ray) {
     const float chosen = view_.world.lights.pdf(rays_.origin(ray), d, t, light) * light.cosine * spread;
     Trail trail = subpath.trail;
     trail.arrive(subpath.density * light.cosine * spread, subpath.cosine * spread,
-                 ways_.to_light ? subpath.meets * chosen : 0.f);
+                 ways_.to_light ? subpath.meets * counted(subpath.lit) * chosen : 0.f);
     others = trail.others(1, light.pdf_emit, ways_.light_vertices);
   }
   // A sun that a matt surface sees in a mirror is only met by chance, once in a thousand paths and then
@@ -88,12 +90,12 @@ void TilePaths::sample_light(const Subpath& subpath, const Vertex& vertex) {
   const PathRandom& random = paths_[subpath.path].random;
   const Sample2 choice = random.pair(kEyes + pair_of(subpath.vertices, kChoiceOfLight));
   LightSample light;
-  if (choice.v >= vertex.lit) return;
+  if (!vertex.connects) return;
   if (!view_.world.lights.sample(vertex.p, choice.u,
                                  random.pair(kEyes + pair_of(subpath.vertices, kPointOfLight)), light))
     return;
   const float cosine = vertex.cosine(light.direction);
-  const double found = vertex.density(vertex.back, light.direction) / light.pdf;
+  const double found = vertex.density(vertex.back, light.direction) / (light.pdf * counted(vertex.lit));
   const double others =
       found * found + subpath.trail.others(light.pdf_emit * cosine / (light.pdf * light.cosine),
                                            vertex.density(light.direction, vertex.back),

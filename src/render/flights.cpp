@@ -17,13 +17,18 @@ void Flights::find_surface(RayStream& rays, bool first) const {
   }
 }
 
-void Flights::fly(RayStream& rays, const std::vector<std::uint64_t>& keys, bool first,
-                  std::vector<Arrival>& arrivals) {
+void Flights::fly(RayStream& rays, const RayMarks& marks, bool first, std::vector<Arrival>& arrivals) {
   const std::size_t count = rays.size();
   arrivals.resize(count);
   // Most flights end in snow after a few cells: what they meet there shortens the search for all else.
   if (inside_) {
-    world_.kernels.collide(world_.field.view(), world_.snow, rays.view(), keys.data(), 0, count);
+    if (world_.walks) {
+      world_.kernels.wander(world_.field.view(), world_.snow, rays.walks(), marks.key.data(),
+                            marks.share.data(), 0, count);
+    } else {
+      world_.kernels.collide(world_.field.view(), world_.snow, rays.view(), marks.key.data(),
+                             marks.share.data(), 0, count);
+    }
   } else {
     find_surface(rays, first);
   }
@@ -33,8 +38,15 @@ void Flights::fly(RayStream& rays, const std::vector<std::uint64_t>& keys, bool 
     const Vec3f o = rays.origin(i), d = rays.direction(i);
     float& t = rays.t(i);
     if (rays.hit(i) != kernels::kNoHit) {
-      const bool deep = rays.hit(i) == kernels::kDeepCollision;
-      arrival.what = !inside_ ? Meets::snow_surface : deep ? Meets::deep_snow : Meets::snow;
+      arrival.what = inside_ ? Meets::snow : Meets::snow_surface;
+      if (inside_) {
+        arrival.depth = static_cast<int>(rays.hit(i) & (kernels::kUnlit - 1));
+        arrival.unlit = (rays.hit(i) & kernels::kUnlit) != 0;
+      }
+    }
+    if (inside_ && world_.walks) {
+      arrival.scattered = rays.scattered(i);
+      if (arrival.scattered > 0) arrival.lit = world_.snow.lit[rays.last_depth(i)];
     }
     arrival.object = world_.objects.closest(o, d, t);
     if (arrival.object.object >= 0) {
@@ -43,7 +55,7 @@ void Flights::fly(RayStream& rays, const std::vector<std::uint64_t>& keys, bool 
     }
     if (world_.lights.hit(o, d, t, arrival.light)) arrival.what = Meets::light;
     if (!world_.media.empty()) {
-      const auto found = world_.media.collide(o, d, t, keys[i] ^ kOtherMedia);
+      const auto found = world_.media.collide(o, d, t, marks.key[i] ^ kOtherMedia);
       if (found.medium >= 0) {
         t = found.t;
         arrival.what = Meets::medium;
@@ -55,12 +67,13 @@ void Flights::fly(RayStream& rays, const std::vector<std::uint64_t>& keys, bool 
   }
 }
 
-void Flights::pass(RayStream& rays, const std::vector<std::uint64_t>& keys, std::vector<Vec3f>& through) {
+void Flights::pass(RayStream& rays, const RayMarks& marks, std::vector<Vec3f>& through) {
   const std::size_t count = rays.size();
   through.assign(count, Vec3f::Zero());
   const kernels::TraceKernels& kernels = world_.kernels;
   if (inside_) {
-    kernels.collide(world_.field.view(), world_.snow, rays.view(), keys.data(), 0, count);
+    kernels.collide(world_.field.view(), world_.snow, rays.view(), marks.key.data(), marks.share.data(), 0,
+                    count);
   } else if (world_.image.snow == SnowShape::smooth) {
     kernels.surface_occluded(world_.field.view(), world_.field.surface(), rays.view(), 0, count);
   } else {

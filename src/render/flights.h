@@ -16,11 +16,15 @@
 
 namespace firn {
 
-// snow, deep_snow: a collision inside; snow_surface: where snow that only has a surface begins.
-enum class Meets : std::uint8_t { nothing, light, object, snow, deep_snow, snow_surface, medium };
+// snow: a collision inside; snow_surface: where snow that only has a surface begins.
+enum class Meets : std::uint8_t { nothing, light, object, snow, snow_surface, medium };
 
 struct Arrival {
   Meets what = Meets::nothing;
+  int depth = 0;       // class, of `snow`
+  bool unlit = false;  // the walk stopped without having drawn that light comes here
+  int scattered = 0;   // times on the way here
+  float lit = 1;       // the chance that the last of them was to be connected to lights
   int medium = -1;
   Vec3f weight = Vec3f::Ones();  // throughput by density of the flight
   LightHit light;                // of `light` and of `nothing`
@@ -37,6 +41,16 @@ struct World {
   const SnowField& field;
   const kernels::MediumField& snow;  // what of it scatters
   const ImageSettings& image;
+  bool walks;  // rays of share < 1 scatter in the snow on their way
+};
+
+// What flights know of each ray beside its geometry.
+struct RayMarks {
+  std::vector<std::uint64_t> key;  // makes its random numbers
+  std::vector<float> share;        // what of the snow's extinction counts for it
+
+  void clear() { key.clear(), share.clear(); }
+  void push(std::uint64_t its_key, float its_share) { key.push_back(its_key), share.push_back(its_share); }
 };
 
 class Flights {
@@ -44,18 +58,17 @@ class Flights {
   explicit Flights(const World& world)
       : world_(world), inside_(world.image.snow_light == SnowLight::inside) {}
 
-  // Ray i ends at arrivals[i], its t there; `keys` make its random numbers.
+  // Ray i ends at arrivals[i], its t there; if it scattered before, its origin is where it did the last time.
   // rays.hit: of a surface of snow, its ball or kSurfaceHit. `first`: camera rays, which the kernels like for
   // their neighbourhood.
-  void fly(RayStream& rays, const std::vector<std::uint64_t>& keys, bool first,
-           std::vector<Arrival>& arrivals);
+  void fly(RayStream& rays, const RayMarks& marks, bool first, std::vector<Arrival>& arrivals);
 
   // The snow's surface before the rays' reach, as rays.hit and t.
   void find_surface(RayStream& rays, bool first) const;
 
   // What comes through of each ray up to its reach: 0 or 1 by objects and the snow (there by chance: on
   // average it is the transmittance), times that of other media.
-  void pass(RayStream& rays, const std::vector<std::uint64_t>& keys, std::vector<Vec3f>& through);
+  void pass(RayStream& rays, const RayMarks& marks, std::vector<Vec3f>& through);
 
  private:
   const World& world_;

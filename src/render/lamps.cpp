@@ -155,4 +155,12 @@ LampPoint ObjectLamp::point(Sample2 at) const {
   return {pose_.to_world(local.p).cast<float>(), (inward_ ? Vec3(-normal) : normal).cast<float>()};
 }
 
+Box3f QuadLamp::box() const {
+  Box3f box(p_);
+  for (const Vec3f& corner : {Vec3f(p_ + u_), Vec3f(p_ + v_), Vec3f(p_ + u_ + v_)}) box.extend(corner);
+  return box;
+}
+
+Box3f BallLamp::box() const { return {p_ - Vec3f::Constant(radius_), p_ + Vec3f::Constant(radius_)}; }
+
 }  // namespace firn

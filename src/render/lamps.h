@@ -2,6 +2,7 @@
 // The lights that are somewhere: quads, balls and the surfaces of glowing objects. Each says where on it
 // light starts, and how a point is sampled that another one sees. Render space.
 #pragma once
+#include <Eigen/Geometry>
 #include <memory>
 #include <variant>
 
@@ -11,6 +12,8 @@
 #include "src/render/surface_area.h"
 
 namespace firn {
+
+using Box3f = Eigen::AlignedBox3f;
 
 struct LampPoint {
   Vec3f p, normal;  // unit, on the side that shines
@@ -41,6 +44,7 @@ class QuadLamp : public LampGlow {
   float density(const Vec3f& p, float distance, float cosine) const;  // of toward()
   LampPoint point(Sample2 at) const;                                  // even over the area
   bool hit(const Vec3f& o, const Vec3f& d, float& t, float& cosine) const;
+  Box3f box() const;  // that holds it
 
  private:
   Vec3 corner_;  // m, world
@@ -57,6 +61,7 @@ class BallLamp : public LampGlow {
   float density(const Vec3f& p, float distance, float cosine) const;
   LampPoint point(Sample2 at) const;
   bool hit(const Vec3f& o, const Vec3f& d, float& t, float& cosine) const;
+  Box3f box() const;
 
  private:
   Vec3 center_;  // m, world
@@ -76,6 +81,7 @@ class ObjectLamp : public LampGlow {
   float density(const Vec3f& p, float distance, float cosine) const;
   LampPoint point(Sample2 at) const;
   bool hit(const Vec3f&, const Vec3f&, float&, float&) const { return false; }  // ObjectSet meets it
+  Box3f box() const { return {}; }                                              // and knows where it is
 
  private:
   std::shared_ptr<const SurfaceArea> surface_;

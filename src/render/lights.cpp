@@ -223,4 +223,11 @@ Vec3f LightSet::distant_direction(float left, Sample2 at) const {
                              : cone_direction(suns_.back().direction, suns_.back().spread, at);
 }
 
+bool LightSet::may_reach(const Vec3f& low, const Vec3f& high) const {
+  const Box3f room(low, high);
+  return std::any_of(lamps_.begin(), lamps_.end(), [&](const Lamp& lamp) {
+    return std::visit([&](const auto& one) { return one.box().intersects(room); }, lamp);
+  });
+}
+
 }  // namespace firn

@@ -72,6 +72,9 @@ class LightSet {
   // The nearest quad or ball that a ray meets before `t`, which is shortened.
   bool hit(const Vec3f& o, const Vec3f& d, float& t, LightHit& out) const;
 
+  // False if no quad or ball has a point in the box.
+  bool may_reach(const Vec3f& low, const Vec3f& high) const;
+
   // The ray met an object: false if it does not glow.
   bool object_hit(int object, const Vec3f& d, const ObjectHit& met, LightHit& out) const;
 

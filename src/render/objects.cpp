@@ -128,4 +128,8 @@ bool ObjectSet::occluded(const Vec3f& o, const Vec3f& d, float reach) const {
   return false;
 }
 
+bool ObjectSet::may_reach(const Vec3f& low, const Vec3f& high) const {
+  return !std::all_of(room_.begin(), room_.end(), [&](const Room& room) { return room.apart(low, high); });
+}
+
 }  // namespace firn

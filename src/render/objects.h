@@ -40,6 +40,8 @@ class ObjectSet {
   ObjectHit closest(const Vec3f& o, const Vec3f& d, float reach) const;
   // Surfaces that let light straight on hide nothing.
   bool occluded(const Vec3f& o, const Vec3f& d, float reach) const;
+  // False if no object has a point in the box.
+  bool may_reach(const Vec3f& low, const Vec3f& high) const;
 
  private:
   // Where an object is at most, render space: most rays in snow end long before they could meet it.
@@ -52,6 +54,13 @@ class ObjectSet {
       if (normal.squaredNorm() > 0) return normal.dot(o) - offset > reach;
       const Vec3f apart = (low - o).cwiseMax(o - high).cwiseMax(0.f);
       return apart.squaredNorm() > reach * reach;
+    }
+    bool apart(const Vec3f& other_low, const Vec3f& other_high) const {
+      if (normal.squaredNorm() > 0) {
+        const Vec3f nearest = (normal.array() > 0).select(other_low, other_high);
+        return normal.dot(nearest) > offset;
+      }
+      return (other_low.array() > high.array()).any() || (low.array() > other_high.array()).any();
     }
   };
 

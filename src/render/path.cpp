@@ -19,6 +19,7 @@ constexpr int kBlock = 4;               // pixels: neighbours in a stream are ne
 constexpr float kRouletteBelow = 0.1f;  // of what the subpath began with
 // Deep snow is at least five mean free paths from the light.
 constexpr float kLitDeep = 0.1f;
+constexpr int kTrueCollisions = 1;         // before similarity
 constexpr float kLift = 1, kAside = 1.5f;  // spacings
 constexpr float kShort = 1 - 1e-4f;  // of the way between two points, so as not to meet the farther's surface
 
@@ -38,7 +39,16 @@ Ways ways_of(const ImageSettings& image) {
   return {light, eye, true, true};
 }
 
-TilePaths::TilePaths(const View& view) : view_(view), ways_(ways_of(view.setup.image)) {}
+Similarity similarity_of(const ImageSettings& image) {
+  if (image.reference) return Similarity::never;
+  return image.integrator == Integrator::path ? Similarity::by_collisions : Similarity::by_depth;
+}
+
+TilePaths::TilePaths(const View& view)
+    : view_(view),
+      ways_(ways_of(view.setup.image)),
+      similarity_(similarity_of(view.setup.image)),
+      reduced_share_(1 - view.grains.of(0, false).g) {}
 
 std::uint64_t TilePaths::trace(const Tile& tile, std::uint32_t first, std::uint32_t last,
                                const PixelSet& wanted, Film& film) {
@@ -103,30 +113,35 @@ void TilePaths::go_on(const Subpath& subpath, const Vec3f& from, const Vec3f& di
                       std::uint32_t stream) {
   next_going_.push_back(subpath.path);
   next_rays_.push(from, direction, kInfinity);
-  next_keys_.push_back(
-      paths_[subpath.path].random.key(stream + static_cast<std::uint32_t>(subpath.vertices)));
+  next_marks_.push(paths_[subpath.path].random.key(stream + static_cast<std::uint32_t>(subpath.vertices)),
+                   is_reduced(subpath) ? reduced_share_ : 1.f);
 }
 
 // All that went on finds where it arrives; false if nothing did.
 bool TilePaths::fly(bool first) {
   std::swap(going_, next_going_);
   std::swap(rays_, next_rays_);
-  std::swap(keys_, next_keys_);
+  std::swap(marks_, next_marks_);
   next_going_.clear();
   next_rays_.clear();
-  next_keys_.clear();
+  next_marks_.clear();
   if (rays_.size() == 0) return false;
-  Flights(view_.world).fly(rays_, keys_, first, arrivals_);
+  Flights(view_.world).fly(rays_, marks_, first, arrivals_);
   rays_traced_ += rays_.size();
   return true;
 }
 
+// Whether the snow is thinner and scatters evenly from here on.
+bool TilePaths::is_reduced(const Subpath& subpath) const {
+  return similarity_ == Similarity::by_collisions && subpath.collisions >= kTrueCollisions;
+}
+
 // Where objects differ, the nearest particle tells whose snow it is.
-const SnowGrain& TilePaths::grain_at(const Vec3f& p, bool deep) const {
-  if (view_.grains.alike()) return view_.grains.of(0, deep);
+const SnowGrain& TilePaths::grain_at(const Vec3f& p, bool reduced) const {
+  if (view_.grains.alike()) return view_.grains.of(0, reduced);
   const std::uint32_t near = view_.field.particle_near(p);
   return view_.grains.of(near == kernels::kNoHit ? 0 : view_.snapshot.object[view_.grid.snapshot_index(near)],
-                         deep);
+                         reduced);
 }
 
 // Snow that only has a surface is matt there. Particles stand for thousands of grains, which noise on the
@@ -153,6 +168,22 @@ void TilePaths::become_surface(Vertex& vertex, std::size_t ray, const Subpath& s
   vertex.p += around(smooth, aside.x, aside.y, kLift * spacing);
 }
 
+// The flight scattered in the snow on its way: each time evenly.
+void TilePaths::walk_on(Subpath& subpath, const Arrival& arrival) const {
+  if (arrival.scattered == 0) return;
+  const SnowGrain& grain = view_.grains.of(0, true);
+  const auto times = static_cast<float>(arrival.scattered);
+  subpath.ice += times * grain.ice;
+  for (int c = 0; c < 3; ++c) {
+    if (grain.albedo[c] < 1) subpath.beta[c] *= portable_pow(grain.albedo[c], times);
+  }
+  subpath.density = phase_density(0, 0);
+  subpath.cosine = subpath.meets = 1;
+  subpath.lit = arrival.lit;
+  subpath.distant = false;
+  subpath.vertices += arrival.scattered;
+}
+
 TilePaths::Vertex TilePaths::arrive(Subpath& subpath, std::size_t ray) const {
   const Arrival& arrival = arrivals_[ray];
   const float t = rays_.t(ray);
@@ -169,9 +200,18 @@ TilePaths::Vertex TilePaths::arrive(Subpath& subpath, std::size_t ray) const {
   } else if (arrival.what == Meets::snow_surface) {
     become_surface(vertex, ray, subpath);
   } else {
-    const SnowGrain& grain = grain_at(vertex.p, arrival.what == Meets::deep_snow);
+    const bool deep = arrival.depth > 0 && similarity_ == Similarity::by_depth;
+    const SnowGrain& grain = grain_at(vertex.p, is_reduced(subpath) || deep);
     vertex.g = grain.g;
-    if (arrival.what == Meets::deep_snow) vertex.lit = kLitDeep;
+    if (deep) {
+      vertex.lit = kLitDeep;
+      const PathRandom& random = paths_[subpath.path].random;
+      vertex.connects = random.pair(kEyes + pair_of(subpath.vertices + 1, kChoiceOfLight)).v < kLitDeep;
+    } else if (is_reduced(subpath)) {
+      vertex.lit = kLit[arrival.depth];
+      vertex.connects = !arrival.unlit;
+    }
+    ++subpath.collisions;
     subpath.ice += grain.ice;
     subpath.beta = subpath.beta.cwiseProduct(grain.albedo);
   }
@@ -205,6 +245,7 @@ bool TilePaths::leave(Subpath& subpath, const Vertex& vertex, Carries carries, s
   }
   subpath.trail.leave(reverse);
   subpath.cosine = vertex.cosine(direction);
+  subpath.lit = vertex.lit;
   subpath.meets = vertex.specular ? 0.f : 1.f;
   subpath.distant = false;
   subpath.spread = subpath.spread || !vertex.specular;
@@ -220,7 +261,8 @@ void TilePaths::link(const Vec3f& from, const Vec3f& direction, float distance, 
   if (!(brings.light.maxCoeff() > 0)) return;
   link_rays_.push(from, direction, distance * kShort);
   Path& path = paths_[brings.path];
-  link_keys_.push_back(path.random.key(kLinks + path.links++));
+  link_marks_.push(path.random.key(kLinks + path.links++),
+                   is_reduced(subpaths_[brings.path]) ? reduced_share_ : 1.f);
   brings_.push_back(brings);
 }
 
@@ -228,12 +270,12 @@ void TilePaths::link(const Vec3f& from, const Vec3f& direction, float distance, 
 
 void TilePaths::clear_links() {
   link_rays_.clear();
-  link_keys_.clear();
+  link_marks_.clear();
   brings_.clear();
 }
 
 void TilePaths::pass() {
-  Flights(view_.world).pass(link_rays_, link_keys_, through_);
+  Flights(view_.world).pass(link_rays_, link_marks_, through_);
   rays_traced_ += link_rays_.size();
 }
 

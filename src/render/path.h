@@ -45,6 +45,9 @@ struct Ways {
   bool to_camera = false;  // light vertices are connected to the camera
 };
 Ways ways_of(const ImageSettings& image);
+// Where light's walk through the snow is shortened by similarity. Of ways that must agree on one path, none
+// can count its collisions from the eye: they go by depth.
+Similarity similarity_of(const ImageSettings& image);
 
 class TilePaths {
  public:
@@ -64,10 +67,11 @@ class TilePaths {
     float ice = 0;            // m of ice that the subpath has crossed
     bool on_surface = false, specular = false;
     SurfacePoint surface;
-    float off = 0;  // m, that rays leave above the surface
-    float g = 0;    // in a medium
-    float lit = 1;  // the chance that it is connected to a light
-    int place = 1;  // how many vertices its subpath has with it
+    float off = 0;         // m, that rays leave above the surface
+    float g = 0;           // in a medium
+    float lit = 1;         // the chance that it is connected to a light
+    bool connects = true;  // what was drawn of that
+    int place = 1;         // how many vertices its subpath has with it
 
     Vec3f scattered(const Vec3f& to) const;                   // BSDF or phase function, 1/sr
     float density(const Vec3f& from, const Vec3f& to) const;  // of going there, coming from there; 1/sr
@@ -85,10 +89,12 @@ class TilePaths {
     float density = 1;     // of its direction, per solid angle
     float cosine = 1;      // at the vertex that it left
     float meets = 0;       // how its present edge counts where subpaths meet
+    float lit = 1;         // the chance that the vertex it left was connected to a light
     bool distant = false;  // it comes from a light at infinity
     bool spread = false;   // a surface or medium behind it scattered
     int vertices = 1;      // so far
     float brightness = 1;  // of its start: roulette is about what is left of it
+    int collisions = 0;    // in the snow
     Trail trail;
   };
   struct Path {
@@ -131,7 +137,10 @@ class TilePaths {
   Vertex arrive(Subpath& subpath, std::size_t ray) const;
   bool leave(Subpath& subpath, const Vertex& vertex, Carries carries, std::uint32_t stream,
              Vec3f& direction) const;
-  const SnowGrain& grain_at(const Vec3f& p, bool deep) const;
+  const SnowGrain& grain_at(const Vec3f& p, bool reduced) const;
+  bool is_reduced(const Subpath& subpath) const;
+  float counted(float lit) const { return similarity_ == Similarity::by_collisions ? lit : 1; }
+  void walk_on(Subpath& subpath, const Arrival& arrival) const;
 
   void link(const Vec3f& from, const Vec3f& direction, float distance, const Brings& brings);
   void clear_links();
@@ -144,17 +153,19 @@ class TilePaths {
 
   const View& view_;
   Ways ways_;
+  Similarity similarity_;
+  float reduced_share_;  // of the snow's extinction
   std::uint64_t rays_traced_ = 0;
   std::vector<Path> paths_;
   std::vector<Subpath> subpaths_;  // per path
   // Whose subpaths are on their way, a ray each, and whose will be in the next step.
   std::vector<std::uint32_t> going_, next_going_;
   RayStream rays_, next_rays_;
-  std::vector<std::uint64_t> keys_, next_keys_;
+  RayMarks marks_, next_marks_;
   std::vector<Arrival> arrivals_;
   // Connecting rays.
   RayStream link_rays_;
-  std::vector<std::uint64_t> link_keys_;
+  RayMarks link_marks_;
   std::vector<Brings> brings_;
   std::vector<Vec3f> through_;
   std::vector<LightVertex> light_vertices_;

@@ -29,6 +29,9 @@ class RayStream {
   float& t(std::size_t i) { return t_[i]; }
   float t(std::size_t i) const { return t_[i]; }
   std::uint32_t hit(std::size_t i) const { return hit_[i]; }
+  // Of the last walks(): how often ray i scattered, and in which class of depth the last time.
+  int scattered(std::size_t i) const { return static_cast<int>(scattered_[i] & 0xfffffff); }
+  int last_depth(std::size_t i) const { return static_cast<int>(scattered_[i] >> 28); }
   Vec3f at_hit(std::size_t i) const { return origin(i) + t_[i] * direction(i); }
 
   kernels::RayView view() {
@@ -36,6 +39,15 @@ class RayStream {
             {direction_[0].data(), direction_[1].data(), direction_[2].data()},
             t_.data(),
             hit_.data()};
+  }
+
+  kernels::WalkView walks() {
+    scattered_.resize(t_.size());
+    return {{origin_[0].data(), origin_[1].data(), origin_[2].data()},
+            {direction_[0].data(), direction_[1].data(), direction_[2].data()},
+            t_.data(),
+            hit_.data(),
+            scattered_.data()};
   }
 
  private:
@@ -49,7 +61,7 @@ class RayStream {
 
   std::size_t size_ = 0;  // of the columns' room
   std::vector<float> origin_[3], direction_[3], t_;
-  std::vector<std::uint32_t> hit_;
+  std::vector<std::uint32_t> hit_, scattered_;  // scattered_: of walks alone
 };
 
 }  // namespace firn

@@ -16,7 +16,7 @@
 namespace firn {
 namespace {
 
-constexpr int kTile = 16;                     // pixels
+constexpr int kTile = 32;                     // pixels
 constexpr std::uint32_t kSamplesAtOnce = 16;  // a pixel; bounds the memory of a tile
 
 using Clock = std::chrono::steady_clock;
@@ -51,16 +51,28 @@ struct Renderer::State {
     const auto start = Clock::now();
     grid.build(snapshot, setup.snow, true);
     snow.build(grid, snapshot, setup.snow, setup.image.snow);
-    const SnowLook look = setup.snow.empty() ? SnowLook{} : setup.snow.front();
-    scattering = snow.medium({static_cast<float>(look.anisotropy), setup.image.reference});
     objects.place(grid.origin(), snapshot.time);
     media.place(grid.origin());
     camera.place(grid.origin(), snapshot.time);
     const Bounds bounds = lit_bounds(snapshot.time);
     lights.place(grid.origin(), bounds.center() - grid.origin(),
                  static_cast<float>(0.5 * bounds.size().norm()));
+    scattering = snow.medium(optics());
     stats.build_seconds += seconds_since(start);
     stats.grid_bytes = std::max(stats.grid_bytes, grid.bytes() + snow.bytes());
+  }
+
+  // Walks may go on alone where there is one kind of snow and nothing else.
+  SnowOptics optics() const {
+    SnowOptics optics;
+    if (!setup.snow.empty()) optics.g = static_cast<float>(setup.snow.front().anisotropy);
+    optics.similarity = similarity_of(setup.image);
+    if (grains.alike() && media.empty() && grid.view().stray_bundles == 0) {
+      optics.shared = [this](const Vec3f& low, const Vec3f& high) {
+        return objects.may_reach(low, high) || lights.may_reach(low, high);
+      };
+    }
+    return optics;
   }
 
   // What light subpaths should reach: all that has an end, world space.
@@ -88,7 +100,9 @@ struct Renderer::State {
   void trace(const Snapshot& snapshot, const SampleRange& range, RenderStats& stats,
              const std::atomic<bool>& stop) {
     const auto start = Clock::now();
-    const World world{kernels, objects, lights, media, grid, snow, scattering, setup.image};
+    const World world{kernels,    objects,     lights,
+                      media,      grid,        snow,
+                      scattering, setup.image, similarity_of(setup.image) == Similarity::by_collisions};
     const Sparkle sparkle(grid, snapshot, setup.snow);
     const View view{world, camera, grid, snow, snapshot, setup, tint, grains, sparkle};
     const int width = film.width(), height = film.height();

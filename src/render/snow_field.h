@@ -8,6 +8,7 @@
 // surface, or in `spheres` the particles' balls, enclose it.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "src/render/render_grid.h"
@@ -20,10 +21,20 @@ inline int corner_index(int x, int y, int z) {
   return (x * kernels::kCornerSide + y) * kernels::kCornerSide + z;
 }
 
+// Where a scattering of mean cosine g in an extinction sigma is taken for an isotropic one in sigma (1 - g):
+// nowhere; in deep cells; or after a path's first collisions, whichever cells they are in.
+enum class Similarity { never, by_depth, by_collisions };
+
 struct SnowOptics {
-  float g = 0.89f;         // mean cosine of a scattering
-  bool reference = false;  // no deep cells
+  float g = 0.89f;  // mean cosine of a scattering
+  Similarity similarity = Similarity::by_depth;
+  // Whether something else than snow may be in a box (render space, m); null: walks stop at every collision.
+  std::function<bool(const Vec3f& low, const Vec3f& high)> shared = nullptr;
 };
+
+// by_collisions: the chance that a collision is connected to lights, by the class of its cell's depth. What
+// arrives there directly fades as exp(-depth), and the best chance by its root.
+inline constexpr float kLit[8] = {1, 0.7f, 0.5f, 0.25f, 0.1f, 0.05f, 0.05f, 0.05f};
 
 class SnowField {
  public:
@@ -38,9 +49,11 @@ class SnowField {
   // The grid as rays see it that look for the surface or the medium: bricks without any of it are empty.
   const kernels::TraceGrid& view() const { return view_; }
 
-  // Finds the majorants and the deep cells; once a frame, for `collide`. A cell is deep if for some n up to 8
-  // it and all cells within n of it (Chebyshev) are snow of at least 5 / n mean free paths each: light there
-  // has met enough that a scattering (g, sigma) is as good as an isotropic one of sigma (1 - g) (similarity).
+  // Finds the majorants and the depths of cells; once a frame, for `collide` and `wander`. A cell lies at
+  // least d deep if for some n up to 8 it and all cells within n of it (Chebyshev) are snow of at least d / n
+  // each. by_depth: class 1 are cells at least 5 mean free paths deep, enough for similarity, so that their
+  // extinction is reduced. by_collisions: classes 1 to 5 begin at 0.4, 0.8, 1.6, 3 and 5 reduced mean free
+  // paths, and nothing is reduced but by the rays' share.
   kernels::MediumField medium(const SnowOptics& optics);
 
   // Unit normal, outward, at a point (render space) of the surface, from the fill's gradient; `otherwise`
@@ -78,7 +91,9 @@ class SnowField {
   void measure_gradients();
   std::size_t around(std::size_t slot, int k) const;
   void measure_strays(const Snapshot& snapshot, const std::vector<SnowLook>& looks);
-  bool find_deep(const std::vector<float>& density);
+  bool find_deep(const std::vector<float>& density, float depth_of_density);
+  bool find_depths(const std::vector<float>& density, const SnowOptics& optics);
+  void mark_shared(const SnowOptics& optics);
   void find_majorants(const kernels::MediumField& field);
 
   const kernels::TraceKernels& kernels_;
@@ -99,6 +114,7 @@ class SnowField {
   std::vector<float> stray_extinction_;  // 1/m, as in MediumField
   std::vector<float> majorant_;          // 1/m, per cell
   std::vector<std::uint64_t> deep_;      // per occupied brick, one bit a cell
+  std::vector<std::uint32_t> depth_;     // per occupied brick eight words, as in MediumField
 };
 
 }  // namespace firn

@@ -3,7 +3,6 @@
 // them.
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -17,8 +16,9 @@ namespace {
 using kernels::kBrickCorners;
 using kernels::kCellsPerBrick;
 
-constexpr float kDeep = 5;              // mean free paths of snow around a deep cell
-constexpr std::size_t kMostLayers = 8;  // cells; where more would be needed, none is deep
+constexpr float kSimilar = 5;                          // mean free paths
+constexpr float kDepths[] = {0.4f, 0.8f, 1.6f, 3, 5};  // reduced mean free paths, where classes begin
+constexpr std::size_t kMostLayers = 8;                 // cells; where more would be needed, none is deep
 
 std::uint32_t kind_of(const std::vector<std::uint32_t>& kinds, std::size_t cell) {
   return kinds[cell >> 3] >> (4 * (cell & 7)) & 15;
@@ -73,24 +73,24 @@ void SnowField::measure_strays(const Snapshot& snapshot, const std::vector<SnowL
   }
 }
 
-// Finds the deep cells; false if there are none. Of n layers, each of at least kDeep / n mean free paths, in
-// steps of one layer: what is left of their cells when the outermost n are taken off is deep.
-bool SnowField::find_deep(const std::vector<float>& density) {
+// Finds the deep cells; false if there are none. Of n layers, each of a depth of at least 1 / n, in steps of
+// one layer: what is left of their cells when the outermost n are taken off is deep. A cell's depth is its
+// density times `depth_of_density`.
+bool SnowField::find_deep(const std::vector<float>& density, float depth_of_density) {
   const std::size_t slots = grid_->brick_of_slot().size();
   constexpr int kNext[3] = {9, 3, 1};  // as around() numbers the bricks; 13 is the slot's own
   std::vector<std::array<std::size_t, 6>> beside(slots);
   std::vector<std::array<std::uint64_t, kMostLayers>> thick(slots);
   deep_.assign(slots, 0);
-  const float to_depth = grid_->view().cell * extinction_;
   parallel_for(slots, 32, [&](std::size_t slot) {
     for (std::size_t k = 0; k < 6; ++k)
       beside[slot][k] = around(slot, k % 2 == 0 ? 13 - kNext[k / 2] : 13 + kNext[k / 2]);
     for (std::size_t c = 0; c < kCellsPerBrick; ++c) {
       const std::size_t cell = slot * kCellsPerBrick + c;
       if ((kind_of(kind_, cell) & 3) != kernels::kInside) continue;
-      const float depth = to_depth * least(density, cell);
+      const float depth = depth_of_density * least(density, cell);
       for (std::size_t n = 0; n < kMostLayers; ++n)
-        thick[slot][n] |= std::uint64_t{depth * static_cast<float>(n + 1) >= kDeep} << c;
+        thick[slot][n] |= std::uint64_t{depth * static_cast<float>(n + 1) >= 1} << c;
     }
   });
   std::vector<std::uint64_t> left(slots), eroded(slots);
@@ -111,6 +111,44 @@ bool SnowField::find_deep(const std::vector<float>& density) {
   return std::any_of(deep_.begin(), deep_.end(), [](std::uint64_t its) { return its != 0; });
 }
 
+// The classes of the cells; false if all are 0.
+bool SnowField::find_depths(const std::vector<float>& density, const SnowOptics& optics) {
+  depth_.assign(grid_->brick_of_slot().size() * kCellsPerBrick / 8, 0);
+  const bool by_depth = optics.similarity == Similarity::by_depth;
+  const float in_cell = grid_->view().cell * extinction_;
+  bool some = false;
+  for (const float begin : kDepths) {
+    const float path = by_depth ? kSimilar : begin / (1 - optics.g);
+    if (!find_deep(density, in_cell / path)) break;
+    some = true;
+    parallel_for(depth_.size(), 1024, [&](std::size_t word) {
+      const std::uint64_t cells = deep_[word / 8] >> (8 * (word % 8)) & 0xff;
+      for (int c = 0; c < 8; ++c) depth_[word] += static_cast<std::uint32_t>(cells >> c & 1) << (4 * c);
+    });
+    if (by_depth) break;
+  }
+  return some;
+}
+
+// Sets the sign bits of majorants.
+void SnowField::mark_shared(const SnowOptics& optics) {
+  const kernels::TraceGrid& view = grid_->view();
+  const float side = kernels::kBrickCells * view.cell;
+  parallel_for(grid_->brick_of_slot().size(), 64, [&](std::size_t slot) {
+    const std::uint32_t brick = grid_->brick_of_slot()[slot];
+    const auto across = static_cast<std::uint32_t>(view.bricks[2]),
+               down = static_cast<std::uint32_t>(view.bricks[1]);
+    const Vec3f low =
+        side * Vec3f(static_cast<float>(brick / across / down), static_cast<float>(brick / across % down),
+                     static_cast<float>(brick % across));
+    if (optics.shared && !optics.shared(low, low + Vec3f::Constant(side))) return;
+    for (std::size_t c = 0; c < kCellsPerBrick; ++c) {
+      float& majorant = majorant_[slot * kCellsPerBrick + c];
+      majorant = -majorant;
+    }
+  });
+}
+
 // 0 where the cell holds no snow.
 void SnowField::find_majorants(const kernels::MediumField& field) {
   const std::vector<float>& density = sigma_.empty() ? density_ : sigma_;
@@ -122,14 +160,13 @@ void SnowField::find_majorants(const kernels::MediumField& field) {
       float densest = of_balls || !has_balls ? 0.f : field.ball_density;
       if ((kind & 3) != kernels::kOutside || (of_balls && has_balls))
         densest = std::max(densest, most(density, cell));
-      const bool deep = field.deep != nullptr && (deep_[cell >> 6] >> (cell & 63) & 1) != 0;
+      const bool deep = field.depth != nullptr && (depth_[cell >> 3] >> (4 * (cell & 7)) & 7) != 0;
       majorant_[cell] = densest * (deep ? field.reduced : field.extinction);
     }
   });
 }
 
 kernels::MediumField SnowField::medium(const SnowOptics& optics) {
-  static_assert(std::endian::native == std::endian::little, "two words of 32 cells are one of 64");
   const std::vector<float>& density = sigma_.empty() ? density_ : sigma_;
   kernels::MediumField field;
   field.density = density.data();
@@ -137,12 +174,14 @@ kernels::MediumField SnowField::medium(const SnowOptics& optics) {
   field.cell_kind = kind_.data();
   field.level = surface_.level;
   field.extinction = extinction_;
-  field.reduced = extinction_ * (1 - optics.g);
+  const bool by_depth = optics.similarity == Similarity::by_depth;
+  field.reduced = by_depth ? extinction_ * (1 - optics.g) : extinction_;
   field.ball_density = ball_density_;
   field.stray_extinction = stray_extinction_.data();
-  if (!optics.reference && find_deep(density))
-    field.deep = reinterpret_cast<const std::uint32_t*>(deep_.data());
+  field.lit = kLit;
+  if (optics.similarity != Similarity::never && find_depths(density, optics)) field.depth = depth_.data();
   find_majorants(field);
+  if (optics.similarity == Similarity::by_collisions) mark_shared(optics);
   field.majorant = majorant_.data();
   return field;
 }

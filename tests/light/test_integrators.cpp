@@ -107,6 +107,8 @@ Medium fog_ball(const Vec3& center, double radius, double sigma, double albedo, 
 // A ball of coarse, thin snow, so that few collisions make the picture.
 void make_thin(RenderSetup& setup) {
   setup.image.snow_light = SnowLight::inside;
+  setup.image.reference =
+      true;  // similarity counts collisions from the eye in `path`, and goes by depth in others
   setup.snow[0].density = 300;
   setup.snow[0].extinction = 0.1;  // mean free path 33 mm
   setup.snow[0].anisotropy = 0.6;

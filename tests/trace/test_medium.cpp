@@ -13,9 +13,8 @@
 
 #include "src/core/parallel.h"
 #include "src/core/rng.h"
-#include "src/render/snow_field.h"
 #include "tests/catch.h"
-#include "tests/trace/ray_cases.h"
+#include "tests/trace/medium_scene.h"
 
 using namespace firn;
 using namespace firn::test;
@@ -27,43 +26,6 @@ constexpr int kKeys = 8;               // flights along each ray
 constexpr std::size_t kTogether = 32;  // rays whose passes are counted as one
 constexpr int kBins = 40;
 
-// `optical` is the extinction of a cell of evenly packed snow times its size.
-SnowLook look_of(double optical, double density = 400) {
-  SnowLook look;
-  look.density = density;
-  look.extinction = optical / (1.6 * density);
-  return look;
-}
-
-struct Scene {
-  Scene(Snapshot given, std::vector<SnowLook> looks, SnowShape shape = SnowShape::smooth,
-        SnowOptics optics = {}, const kernels::TraceKernels& table = best_trace())
-      : kernels(table), snapshot(std::move(given)), grid(table), field(table) {
-    grid.build(snapshot, looks, true);
-    field.build(grid, snapshot, looks, shape);
-    medium = field.medium(optics);
-  }
-  void collide(RayStream& rays, const std::vector<std::uint64_t>& keys) const {
-    kernels.collide(field.view(), medium, rays.view(), keys.data(), 0, rays.size());
-  }
-  double depth(const RayStream& rays, std::size_t i, double to) const {
-    const Vec3 o = rays.origin(i).cast<double>(), d = rays.direction(i).cast<double>().normalized();
-    const std::size_t in_cells = grid.view().cell_start[grid.brick_of_slot().size() * 64];
-    return kernels::reference::optical_depth(field.view(), medium, in_cells, o.data(), d.data(), 0, to);
-  }
-
-  const kernels::TraceKernels& kernels;
-  Snapshot snapshot;
-  RenderGrid grid;
-  SnowField field;
-  kernels::MediumField medium;
-};
-
-std::vector<std::uint64_t> keys_of(std::size_t count, std::uint64_t seed) {
-  std::vector<std::uint64_t> keys(count);
-  for (std::size_t i = 0; i < count; ++i) keys[i] = hash_keys(seed, i);
-  return keys;
-}
 // Of the k-th flights: hashes, and plain numbers in either half of the key.
 std::vector<std::uint64_t> keys_of_flight(std::size_t count, std::uint64_t seed, std::uint64_t k) {
   std::vector<std::uint64_t> keys = keys_of(count, hash_keys(seed, k));
@@ -195,7 +157,7 @@ float thickness(const Scene& scene, int x, int y, int z) {
 }
 bool deep(const Scene& scene, int x, int y, int z) {
   const std::size_t cell = cell_index(scene.grid.view(), x, y, z);
-  return cell != kNoCell && (scene.medium.deep[cell / 32] >> (cell % 32) & 1) != 0;
+  return cell != kNoCell && (scene.medium.depth[cell / 8] >> (4 * (cell % 8)) & 7) == 1;
 }
 
 }  // namespace
@@ -205,8 +167,8 @@ TEST_CASE("rays pass through snow by exp(-optical depth) and collide where it sa
     for (const double optical : {0.5, 4.}) {
       INFO(table->isa << ", " << optical << " a cell");
       const Scene scene(lattice_ball(optical > 1 ? 5 : 12), {look_of(optical)}, SnowShape::smooth,
-                        {.reference = true}, table->trace);
-      CHECK(scene.medium.deep == nullptr);
+                        {.similarity = Similarity::never}, table->trace);
+      CHECK(scene.medium.depth == nullptr);
       check(judge(scene, all_rays(scene.grid, 3500, 101), 102), 100);
     }
   }
@@ -215,13 +177,14 @@ TEST_CASE("rays pass through snow by exp(-optical depth) and collide where it sa
 TEST_CASE("flights in deep cells are longer by 1 / (1 - g)") {
   const SnowOptics optics{.g = 0.75f};
   const Scene scene(lattice_ball(14), {look_of(4)}, SnowShape::smooth, optics);
-  REQUIRE(scene.medium.deep != nullptr);
+  REQUIRE(scene.medium.depth != nullptr);
   check(judge(scene, all_rays(scene.grid, 3500, 111), 112), 50);
   // From the middle, no further than deep snow reaches: by the definition of the mean free path.
   const Vec3f middle = (-scene.grid.origin()).cast<float>();
   const double sigma = scene.medium.extinction * scene.field.density(middle);
   for (const bool reference : {true, false}) {
-    Scene same(scene.snapshot, {look_of(4)}, SnowShape::smooth, {.g = 0.75f, .reference = reference});
+    Scene same(scene.snapshot, {look_of(4)}, SnowShape::smooth,
+               {.g = 0.75f, .similarity = reference ? Similarity::never : Similarity::by_depth});
     RayStream rays;
     for (std::uint64_t i = 0; i < 100000; ++i) {
       const double z = 2 * uniform_double(hash_keys(113, i)) - 1,
@@ -237,8 +200,7 @@ TEST_CASE("flights in deep cells are longer by 1 / (1 - g)") {
       collided += rays.hit(i) != kernels::kNoHit;
       codes.insert(rays.hit(i));
     }
-    CHECK(codes == std::set<std::uint32_t>{reference ? kernels::kCollision : kernels::kDeepCollision,
-                                           kernels::kNoHit});
+    CHECK(codes == std::set<std::uint32_t>{reference ? 0u : 1u, kernels::kNoHit});
     CHECK(flown / collided == Approx((reference ? 1 : 4) / sigma).epsilon(0.1));  // the density is uneven
   }
 }
@@ -271,7 +233,7 @@ TEST_CASE("loose particles, torn snow and strays are as dense as they should be"
 TEST_CASE("where a loose ball reaches into the snow, the denser of the two counts") {
   // All particles are loose too, of less than the density inside and more than that at the surface; majorants
   // have room for the sum of both.
-  Scene scene(lattice_ball(8), {look_of(2)}, SnowShape::smooth, {.reference = true});
+  Scene scene(lattice_ball(8), {look_of(2)}, SnowShape::smooth, {.similarity = Similarity::never});
   scene.grid.set_radii(std::vector<float>(scene.grid.size(), 0.6f));
   const std::size_t slots = scene.grid.brick_of_slot().size();
   std::vector<std::uint32_t> kinds(scene.medium.cell_kind, scene.medium.cell_kind + 8 * slots);
@@ -289,7 +251,7 @@ TEST_CASE("in spheres the snow is its density within the balls") {
   add_particle(snapshot, Vec3(4, 20, 0), 12);  // a stray
   const Scene scene(std::move(snapshot), {look_of(2)}, SnowShape::spheres);
   REQUIRE(scene.grid.view().stray_bundles == 1);
-  CHECK(scene.medium.deep == nullptr);
+  CHECK(scene.medium.depth == nullptr);
   check(judge(scene, all_rays(scene.grid, 3500, 131), 132), 200);
 }
 
@@ -313,7 +275,7 @@ TEST_CASE("where objects differ in density and grains, each has the extinction o
 TEST_CASE("deep cells are those with snow all around, five mean free paths of it, and no others") {
   const double optical = GENERATE(1.2, 2.8, 6.);
   const Scene scene(lattice_ball(20), {look_of(optical)});
-  REQUIRE(scene.medium.deep != nullptr);
+  REQUIRE(scene.medium.depth != nullptr);
   const auto& view = scene.grid.view();
   std::array<std::size_t, 9> found{};  // by the layers that make it deep
   std::size_t wrong = 0;
@@ -344,9 +306,10 @@ TEST_CASE("deep cells are those with snow all around, five mean free paths of it
 }
 
 TEST_CASE("thin snow, reference light and no particles have no deep cells") {
-  CHECK(Scene(lattice_ball(12), {look_of(0.3)}).medium.deep == nullptr);
-  CHECK(Scene(lattice_ball(12), {look_of(4)}, SnowShape::smooth, {.reference = true}).medium.deep == nullptr);
-  CHECK(Scene(lattice_ball(12), {look_of(0)}).medium.deep == nullptr);
+  CHECK(Scene(lattice_ball(12), {look_of(0.3)}).medium.depth == nullptr);
+  CHECK(Scene(lattice_ball(12), {look_of(4)}, SnowShape::smooth, {.similarity = Similarity::never})
+            .medium.depth == nullptr);
+  CHECK(Scene(lattice_ball(12), {look_of(0)}).medium.depth == nullptr);
   for (const SnowShape shape : {SnowShape::smooth, SnowShape::spheres}) {
     const Scene empty(Snapshot{}, {look_of(4)}, shape);
     RayStream rays;
@@ -374,13 +337,13 @@ TEST_CASE("collisions have the same bits on v3 and v4, for any split, any thread
         RayStream whole = asked, parts = asked, roomless = asked;
         kernels::TraceGrid view = scene.field.view();
         parallel_chunks(parts.size(), 37 * threads, [&](std::size_t, std::size_t begin, std::size_t end) {
-          table->trace.collide(view, scene.medium, parts.view(), keys.data(), begin, end);
+          table->trace.collide(view, scene.medium, parts.view(), keys.data(), nullptr, begin, end);
         });
         scene.collide(whole, keys);
         const Scene fresh(snapshot, {look_of(4)}, shape, {}, table->trace);
         view = fresh.field.view();
         view.list_room = 0;
-        table->trace.collide(view, fresh.medium, roomless.view(), keys.data(), 0, roomless.size());
+        table->trace.collide(view, fresh.medium, roomless.view(), keys.data(), nullptr, 0, roomless.size());
         for (const RayStream* rays : {&whole, &parts, &roomless}) hashes.push_back(hash_of(*rays));
       }
     }
@@ -389,7 +352,7 @@ TEST_CASE("collisions have the same bits on v3 and v4, for any split, any thread
 }
 
 TEST_CASE("rays with odd beginnings and ends stay within their reach") {
-  const Scene scene(lattice_ball(6), {look_of(4)}, SnowShape::smooth, {.reference = true});
+  const Scene scene(lattice_ball(6), {look_of(4)}, SnowShape::smooth, {.similarity = Similarity::never});
   const float cell = scene.grid.view().cell;
   const Vec3f middle = (-scene.grid.origin()).cast<float>();
   RayStream rays;
@@ -415,7 +378,7 @@ TEST_CASE("rays with odd beginnings and ends stay within their reach") {
       continue;
     }
     ++collided;
-    REQUIRE(rays.hit(i) == kernels::kCollision);
+    REQUIRE(rays.hit(i) == 0);
     REQUIRE(rays.t(i) >= 0);
     REQUIRE(rays.t(i) <= asked.t(i));
     REQUIRE((rays.at_hit(i) - middle).norm() < 9);
