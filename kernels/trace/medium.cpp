@@ -156,13 +156,13 @@ struct MediumCells {
     depth = select(lanes, max(fma(-majorant, end - begin, depth), splat(0)), depth);
     if (!any(tentative)) return tentative;
     from = select(tentative, t, from);
-    Ints depth_class;
-    const Floats sigma = extinction(walk, slot, place, tentative, t, depth_class);
+    Ints how_deep;
+    const Floats sigma = extinction(walk, slot, place, tentative, t, how_deep);
     const Mask real = tentative & less(uniform(draw(tentative)) * majorant, sigma);
     const Mask null = tentative & !real;
     if (any(null)) depth = select(null, exponential(draw(null)) * mean, depth);
-    if (kWanders && any(real)) return wander(walk, real, depth_class, t, rays);
-    record(real, depth_class, t, rays);
+    if (kWanders && any(real)) return wander(walk, real, how_deep, t, rays);
+    record(real, collision_code(how_deep), t, rays);
     return real;
   }
 
@@ -175,7 +175,7 @@ struct MediumCells {
 
   // 1/m, at t.
   FIRN_INLINE Floats extinction(const Walk& walk, Ints slot, Ints place, Mask lanes, Floats t,
-                                Ints& depth_class) const {
+                                Ints& how_deep) const {
     const Ints cell = place & (kCellsPerBrick - 1);
     const Ints bits =
         gather(reinterpret_cast<const std::int32_t*>(field.cell_kind), place >> 3, lanes) >> (4 * (cell & 7));
@@ -200,12 +200,12 @@ struct MediumCells {
       const Floats its = field.ball_density < 0 ? density : splat(field.ball_density);
       clipped = select(covered_lanes(walk, place, loose, p), max(clipped, its), clipped);
     }
-    depth_class = splat_int(0);
+    how_deep = splat_int(0);
     if (field.depth != nullptr) {
       const Ints word = gather(reinterpret_cast<const std::int32_t*>(field.depth), place >> 3, lanes);
-      depth_class = (word >> (4 * (cell & 7))) & 7;
+      how_deep = (word >> (4 * (cell & 7))) & 15;
     }
-    const Mask shallow = equal(depth_class, splat_int(0));
+    const Mask shallow = equal(how_deep & static_cast<std::int32_t>(kClass), splat_int(0));
     return clipped * select(shallow, splat(field.extinction), splat(field.reduced));
   }
 
@@ -227,6 +227,12 @@ struct MediumCells {
     return mask_of_bits(in);
   }
 
+  // Of MediumField::depth of a cell.
+  FIRN_INLINE static Ints collision_code(Ints how_deep) {
+    static_assert(kInThickSnow == 2 * kThickSnow && kClass < kThickSnow);
+    return how_deep + (how_deep & static_cast<std::int32_t>(kThickSnow));
+  }
+
   FIRN_INLINE static void record(Mask real, Ints code, Floats t, LaneRays& rays) {
     store(rays.reach, select(real, t, load(rays.reach)));
     std::int32_t codes[kLanes];
@@ -238,14 +244,15 @@ struct MediumCells {
   }
 
   // Of the lanes that collide at t, those that stop; the others scatter.
-  FIRN_INLINE Mask wander(const Walk& walk, Mask lanes, Ints depth_class, Floats t, LaneRays& rays) {
+  FIRN_INLINE Mask wander(const Walk& walk, Mask lanes, Ints how_deep, Floats t, LaneRays& rays) {
+    const Ints depth_class = how_deep & static_cast<std::int32_t>(kClass), code = collision_code(how_deep);
     const Mask whole = !less(splat(1), mean);  // rays to which all of the extinction counts do not walk
     const Floats chance = gather(field.lit, depth_class, lanes);
     const Mask lit = lanes & (whole | less(uniform(draw(lanes)), chance));
     const Ints count = load(scattered), times = count & static_cast<std::int32_t>(kClassAt - 1);
     const Mask tired = !less(times, splat_int(kMostScattered));
     const Mask stop = lit | (lanes & (watched | tired));
-    record(stop, select(lit, depth_class, depth_class + kUnlit), t, rays);
+    record(stop, select(lit, code, code + kUnlit), t, rays);
     turned_ = lanes & !stop;
     if (!any(turned_)) return stop;
     store(scattered, select(turned_, times + 1 + depth_class * static_cast<std::int32_t>(kClassAt), count));

@@ -105,8 +105,7 @@ struct MediumField {
   const float* majorant = nullptr;
   const std::uint32_t* cell_kind = nullptr;  // as SurfaceField
   // Per occupied brick eight words, four bits a cell: the class of its depth, from 0 at the surface to at
-  // most
-  // 7. Null: all are 0.
+  // most 7, and kThickSnow. Null: all are 0.
   const std::uint32_t* depth = nullptr;
   float level = 0.5f;
   float extinction = 0;        // m^2/kg, times the density: 1/m
@@ -116,8 +115,10 @@ struct MediumField {
   float ball_density = 0;
   const float* stray_extinction = nullptr;  // per stray (16 a bundle), 1/m
 };
-// Collisions: the class of the cell's depth; with kUnlit where a walk stopped without having drawn that.
-inline constexpr std::uint32_t kUnlit = 8, kCollisionCodes = 16;
+inline constexpr std::uint32_t kThickSnow = 8;
+// Collisions: the class of the cell's depth; with kUnlit where a walk stopped without having drawn that; with
+// kInThickSnow where the cell is.
+inline constexpr std::uint32_t kClass = 7, kUnlit = 8, kInThickSnow = 16;
 inline constexpr std::uint32_t kMostScattered = 256;  // of one walk
 
 struct Extent {
@@ -151,9 +152,9 @@ struct TraceKernels {
   void (*surface_occluded)(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t begin,
                            std::size_t end) = nullptr;
   // How far each ray gets through the snow, by delta tracking with a majorant a cell (Woodcock 1965): `hit`
-  // is the class of the cell where it collided, or kNoHit where it passed. Rays may start in the snow.
-  // key: one per ray; its random numbers are hashes of the key and of how many it has drawn. share: one per
-  // ray, what of the extinction counts for it, in (0, 1]; null: all.
+  // is the class of the cell where it collided (and kInThickSnow), or kNoHit where it passed. Rays may start
+  // in the snow. key: one per ray; its random numbers are hashes of the key and of how many it has drawn.
+  // share: one per ray, what of the extinction counts for it, in (0, 1]; null: all.
   void (*collide)(const TraceGrid&, const MediumField&, const RayView&, const std::uint64_t* key,
                   const float* share, std::size_t begin, std::size_t end) = nullptr;
   // The same, but a ray of share < 1 that collides scatters isotropically and goes on, again and again: until

@@ -40,7 +40,8 @@ void Flights::fly(RayStream& rays, const RayMarks& marks, bool first, std::vecto
     if (rays.hit(i) != kernels::kNoHit) {
       arrival.what = inside_ ? Meets::snow : Meets::snow_surface;
       if (inside_) {
-        arrival.depth = static_cast<int>(rays.hit(i) & (kernels::kUnlit - 1));
+        arrival.depth = static_cast<int>(rays.hit(i) & kernels::kClass);
+        arrival.thick = (rays.hit(i) & kernels::kInThickSnow) != 0;
         arrival.unlit = (rays.hit(i) & kernels::kUnlit) != 0;
       }
     }

@@ -22,6 +22,7 @@ enum class Meets : std::uint8_t { nothing, light, object, snow, snow_surface, me
 struct Arrival {
   Meets what = Meets::nothing;
   int depth = 0;       // class, of `snow`
+  bool thick = false;  // snow, of `snow`
   bool unlit = false;  // the walk stopped without having drawn that light comes here
   int scattered = 0;   // times on the way here
   float lit = 1;       // the chance that the last of them was to be connected to lights

@@ -19,7 +19,6 @@ constexpr int kBlock = 4;               // pixels: neighbours in a stream are ne
 constexpr float kRouletteBelow = 0.1f;  // of what the subpath began with
 // Deep snow is at least five mean free paths from the light.
 constexpr float kLitDeep = 0.1f;
-constexpr int kTrueCollisions = 1;         // before similarity
 constexpr float kLift = 1, kAside = 1.5f;  // spacings
 constexpr float kShort = 1 - 1e-4f;  // of the way between two points, so as not to meet the farther's surface
 
@@ -133,7 +132,7 @@ bool TilePaths::fly(bool first) {
 
 // Whether the snow is thinner and scatters evenly from here on.
 bool TilePaths::is_reduced(const Subpath& subpath) const {
-  return similarity_ == Similarity::by_collisions && subpath.collisions >= kTrueCollisions;
+  return similarity_ == Similarity::by_collisions && subpath.reduced;
 }
 
 // Where objects differ, the nearest particle tells whose snow it is.
@@ -211,7 +210,7 @@ TilePaths::Vertex TilePaths::arrive(Subpath& subpath, std::size_t ray) const {
       vertex.lit = kLit[arrival.depth];
       vertex.connects = !arrival.unlit;
     }
-    ++subpath.collisions;
+    subpath.reduced = subpath.reduced || arrival.thick;
     subpath.ice += grain.ice;
     subpath.beta = subpath.beta.cwiseProduct(grain.albedo);
   }

@@ -94,7 +94,7 @@ class TilePaths {
     bool spread = false;   // a surface or medium behind it scattered
     int vertices = 1;      // so far
     float brightness = 1;  // of its start: roulette is about what is left of it
-    int collisions = 0;    // in the snow
+    bool reduced = false;  // it collided in thick snow: similarity
     Trail trail;
   };
   struct Path {

@@ -7,6 +7,7 @@
 // volume beside it. Both fields are trilinear between corners. As a medium the snow has the density where the
 // surface, or in `spheres` the particles' balls, enclose it.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -22,7 +23,7 @@ inline int corner_index(int x, int y, int z) {
 }
 
 // Where a scattering of mean cosine g in an extinction sigma is taken for an isotropic one in sigma (1 - g):
-// nowhere; in deep cells; or after a path's first collisions, whichever cells they are in.
+// nowhere; in deep cells; or after a path's first collision in thick snow, whichever cells come then.
 enum class Similarity { never, by_depth, by_collisions };
 
 struct SnowOptics {
@@ -53,7 +54,7 @@ class SnowField {
   // least d deep if for some n up to 8 it and all cells within n of it (Chebyshev) are snow of at least d / n
   // each. by_depth: class 1 are cells at least 5 mean free paths deep, enough for similarity, so that their
   // extinction is reduced. by_collisions: classes 1 to 5 begin at 0.4, 0.8, 1.6, 3 and 5 reduced mean free
-  // paths, and nothing is reduced but by the rays' share.
+  // paths, and nothing is reduced but by the rays' share. Thick are cells within 8 of one of class 4.
   kernels::MediumField medium(const SnowOptics& optics);
 
   // Unit normal, outward, at a point (render space) of the surface, from the fill's gradient; `otherwise`
@@ -91,7 +92,9 @@ class SnowField {
   void measure_gradients();
   std::size_t around(std::size_t slot, int k) const;
   void measure_strays(const Snapshot& snapshot, const std::vector<SnowLook>& looks);
-  bool find_deep(const std::vector<float>& density, float depth_of_density);
+  std::vector<std::uint64_t> find_deep(const std::vector<std::array<std::size_t, 6>>& beside,
+                                       const std::vector<float>& density, float depth_of_density) const;
+  void mark_depth(const std::vector<std::uint64_t>& cells, std::uint32_t its);
   bool find_depths(const std::vector<float>& density, const SnowOptics& optics);
   void mark_shared(const SnowOptics& optics);
   void find_majorants(const kernels::MediumField& field);
@@ -113,7 +116,6 @@ class SnowField {
   float ball_density_ = 0;               // as in MediumField, of sigma_ or density_
   std::vector<float> stray_extinction_;  // 1/m, as in MediumField
   std::vector<float> majorant_;          // 1/m, per cell
-  std::vector<std::uint64_t> deep_;      // per occupied brick, one bit a cell
   std::vector<std::uint32_t> depth_;     // per occupied brick eight words, as in MediumField
 };
 

@@ -19,20 +19,41 @@ using kernels::kCellsPerBrick;
 constexpr float kSimilar = 5;                          // mean free paths
 constexpr float kDepths[] = {0.4f, 0.8f, 1.6f, 3, 5};  // reduced mean free paths, where classes begin
 constexpr std::size_t kMostLayers = 8;                 // cells; where more would be needed, none is deep
+constexpr int kThick = 4;                              // the class of which there is some in thick snow
 
 std::uint32_t kind_of(const std::vector<std::uint32_t>& kinds, std::size_t cell) {
   return kinds[cell >> 3] >> (4 * (cell & 7)) & 15;
 }
 
-// The cells of a brick whose neighbours along an axis are in `cells` too; below, above: those of the bricks
-// beside it.
-std::uint64_t erode(std::uint64_t cells, std::uint64_t below, std::uint64_t above, int axis) {
+// The cells of a brick that are in `cells` as their neighbours along an axis are (erode), or that are or have
+// one that is (dilate); below, above: those of the bricks beside it.
+enum class Change { erode, dilate };
+std::uint64_t changed(Change change, std::uint64_t cells, std::uint64_t below, std::uint64_t above,
+                      int axis) {
   constexpr std::uint64_t kFirst[3] = {0x000000000000ffffull, 0x000f000f000f000full, 0x1111111111111111ull};
   const int step = 16 >> (2 * axis);
   const std::uint64_t first = kFirst[axis], last = first << (3 * step);
   const std::uint64_t before = (cells << step & ~first) | (below >> (3 * step) & first);
   const std::uint64_t after = (cells >> step & ~last) | (above << (3 * step) & last);
-  return cells & before & after;
+  return change == Change::erode ? cells & before & after : cells | before | after;
+}
+
+// Bricks by slot, with those beside them: SIZE_MAX where there is none.
+using Beside = std::vector<std::array<std::size_t, 6>>;  // below and above along each axis
+
+// Changes all cells along one axis after the other, `layers` times.
+void change_cells(Change change, std::size_t layers, const Beside& beside,
+                  std::vector<std::uint64_t>& cells) {
+  std::vector<std::uint64_t> next(cells.size());
+  for (std::size_t round = 0; round < 3 * layers; ++round) {
+    const std::size_t axis = round % 3;
+    parallel_for(cells.size(), 1024, [&](std::size_t slot) {
+      const auto of = [&](std::size_t other) { return other == SIZE_MAX ? std::uint64_t{0} : cells[other]; };
+      next[slot] = changed(change, cells[slot], of(beside[slot][2 * axis]), of(beside[slot][2 * axis + 1]),
+                           static_cast<int>(axis));
+    });
+    cells.swap(next);
+  }
 }
 
 // The corners of a cell, first to last: run(value).
@@ -73,18 +94,14 @@ void SnowField::measure_strays(const Snapshot& snapshot, const std::vector<SnowL
   }
 }
 
-// Finds the deep cells; false if there are none. Of n layers, each of a depth of at least 1 / n, in steps of
-// one layer: what is left of their cells when the outermost n are taken off is deep. A cell's depth is its
+// The cells of each brick that lie deep. Of n layers, each of a depth of at least 1 / n, in steps of one
+// layer: what is left of their cells when the outermost n are taken off is deep. A cell's depth is its
 // density times `depth_of_density`.
-bool SnowField::find_deep(const std::vector<float>& density, float depth_of_density) {
-  const std::size_t slots = grid_->brick_of_slot().size();
-  constexpr int kNext[3] = {9, 3, 1};  // as around() numbers the bricks; 13 is the slot's own
-  std::vector<std::array<std::size_t, 6>> beside(slots);
+std::vector<std::uint64_t> SnowField::find_deep(const Beside& beside, const std::vector<float>& density,
+                                                float depth_of_density) const {
+  const std::size_t slots = beside.size();
   std::vector<std::array<std::uint64_t, kMostLayers>> thick(slots);
-  deep_.assign(slots, 0);
   parallel_for(slots, 32, [&](std::size_t slot) {
-    for (std::size_t k = 0; k < 6; ++k)
-      beside[slot][k] = around(slot, k % 2 == 0 ? 13 - kNext[k / 2] : 13 + kNext[k / 2]);
     for (std::size_t c = 0; c < kCellsPerBrick; ++c) {
       const std::size_t cell = slot * kCellsPerBrick + c;
       if ((kind_of(kind_, cell) & 3) != kernels::kInside) continue;
@@ -93,41 +110,45 @@ bool SnowField::find_deep(const std::vector<float>& density, float depth_of_dens
         thick[slot][n] |= std::uint64_t{depth * static_cast<float>(n + 1) >= 1} << c;
     }
   });
-  std::vector<std::uint64_t> left(slots), eroded(slots);
+  std::vector<std::uint64_t> deep(slots), left(slots);
   for (std::size_t n = 0; n < kMostLayers; ++n) {
     for (std::size_t slot = 0; slot < slots; ++slot) left[slot] = thick[slot][n];
-    for (std::size_t round = 0; round < 3 * (n + 1); ++round) {
-      const std::size_t axis = round % 3;
-      parallel_for(slots, 1024, [&](std::size_t slot) {
-        const auto of = [&](std::size_t other) { return other == SIZE_MAX ? std::uint64_t{0} : left[other]; };
-        eroded[slot] = left[slot] == 0 ? 0
-                                       : erode(left[slot], of(beside[slot][2 * axis]),
-                                               of(beside[slot][2 * axis + 1]), static_cast<int>(axis));
-      });
-      left.swap(eroded);
-    }
-    for (std::size_t slot = 0; slot < slots; ++slot) deep_[slot] |= left[slot];
+    change_cells(Change::erode, n + 1, beside, left);
+    for (std::size_t slot = 0; slot < slots; ++slot) deep[slot] |= left[slot];
   }
-  return std::any_of(deep_.begin(), deep_.end(), [](std::uint64_t its) { return its != 0; });
+  return deep;
 }
 
-// The classes of the cells; false if all are 0.
+// Adds `its` to the words of the cells.
+void SnowField::mark_depth(const std::vector<std::uint64_t>& cells, std::uint32_t its) {
+  parallel_for(depth_.size(), 1024, [&](std::size_t word) {
+    const std::uint64_t here = cells[word / 8] >> (8 * (word % 8)) & 0xff;
+    for (int c = 0; c < 8; ++c) depth_[word] += (here >> c & 1 ? its : 0) << (4 * c);
+  });
+}
+
+// The classes of the cells, and which are in thick snow; false if all are 0.
 bool SnowField::find_depths(const std::vector<float>& density, const SnowOptics& optics) {
-  depth_.assign(grid_->brick_of_slot().size() * kCellsPerBrick / 8, 0);
+  const std::size_t slots = grid_->brick_of_slot().size();
+  depth_.assign(slots * kCellsPerBrick / 8, 0);
+  constexpr int kNext[3] = {9, 3, 1};  // as around() numbers the bricks; 13 is the slot's own
+  Beside beside(slots);
+  parallel_for(slots, 32, [&](std::size_t slot) {
+    for (std::size_t k = 0; k < 6; ++k)
+      beside[slot][k] = around(slot, k % 2 == 0 ? 13 - kNext[k / 2] : 13 + kNext[k / 2]);
+  });
   const bool by_depth = optics.similarity == Similarity::by_depth;
   const float in_cell = grid_->view().cell * extinction_;
-  bool some = false;
-  for (const float begin : kDepths) {
-    const float path = by_depth ? kSimilar : begin / (1 - optics.g);
-    if (!find_deep(density, in_cell / path)) break;
-    some = true;
-    parallel_for(depth_.size(), 1024, [&](std::size_t word) {
-      const std::uint64_t cells = deep_[word / 8] >> (8 * (word % 8)) & 0xff;
-      for (int c = 0; c < 8; ++c) depth_[word] += static_cast<std::uint32_t>(cells >> c & 1) << (4 * c);
-    });
-    if (by_depth) break;
+  for (int its = 1; its <= (by_depth ? 1 : static_cast<int>(std::size(kDepths))); ++its) {
+    const float path = by_depth ? kSimilar : kDepths[its - 1] / (1 - optics.g);
+    std::vector<std::uint64_t> deep = find_deep(beside, density, in_cell / path);
+    if (std::all_of(deep.begin(), deep.end(), [](std::uint64_t cells) { return cells == 0; })) return its > 1;
+    mark_depth(deep, 1);
+    if (its != kThick) continue;
+    change_cells(Change::dilate, kMostLayers, beside, deep);
+    mark_depth(deep, kernels::kThickSnow);
   }
-  return some;
+  return true;
 }
 
 // Sets the sign bits of majorants.

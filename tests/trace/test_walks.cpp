@@ -151,7 +151,7 @@ TEST_CASE("walks come back to the caller where something else than snow may be o
     }
     if (rays.hit(i) == kernels::kNoHit) return;
     ++stopped;
-    wrong += rays.hit(i) < kernels::kUnlit;
+    wrong += (rays.hit(i) & kernels::kUnlit) == 0;
     // A flight from open cells to open cells has passed no others, the border being flat.
     const bool tired = rays.scattered(i) >= static_cast<int>(kernels::kMostScattered);
     wrong += rays.scattered(i) > 0 && !tired && rays.at_hit(i).x() < open * 0.99999f;
