@@ -58,7 +58,7 @@ struct ImageSettings {
   int light_bounces = 5;  // scatterings of a light subpath
   Integrator integrator = Integrator::path;
   SamplerKind sampler = SamplerKind::sobol;
-  bool reference = false;  // nothing but the equations: no similarity deep in the snow
+  bool reference = false;  // nothing but the equations: no similarity in the snow
   SnowShape snow = SnowShape::smooth;
   SnowLight snow_light = SnowLight::surface;
   FilterKind filter = FilterKind::tent;
