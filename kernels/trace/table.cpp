@@ -16,10 +16,12 @@ void surface_closest(const TraceGrid&, const SurfaceField&, const RayView&, std:
 void surface_occluded(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t, std::size_t);
 void collide(const TraceGrid&, const MediumField&, const RayView&, const std::uint64_t*, std::size_t,
              std::size_t);  // medium.cpp
+void probe(const TraceGrid&, const float*, const ProbeView&, float, std::size_t, std::size_t,
+           float*);  // probe.cpp
 
 TraceKernels trace_kernels() {
   return {extent, cell_codes,      closest,          closest_coherent, occluded, occluded_coherent,
-          splat,  surface_closest, surface_occluded, collide};
+          splat,  surface_closest, surface_occluded, collide, probe};
 }
 
 }  // namespace firn::kernels::FIRN_ISA

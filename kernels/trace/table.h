@@ -110,6 +110,12 @@ struct Extent {
   bool finite;      // every value, and their sum
 };
 
+// Columns of points and directions (unit or 0): a probe goes some way from its point.
+struct ProbeView {
+  const float* origin[3];
+  const float* direction[3];
+};
+
 struct TraceKernels {
   // Of column[begin, end).
   Extent (*extent)(const float* column, std::size_t begin, std::size_t end) = nullptr;
@@ -140,6 +146,10 @@ struct TraceKernels {
   // key: one per ray; its random numbers are hashes of the key and of how many it has drawn.
   void (*collide)(const TraceGrid&, const MediumField&, const RayView&, const std::uint64_t* key,
                   std::size_t begin, std::size_t end) = nullptr;
+  // A field on corners (kBrickCorners per occupied brick), trilinear, at origin + distance * direction (m) of
+  // each probe in [begin, end); 0 outside the cells.
+  void (*probe)(const TraceGrid&, const float* field, const ProbeView&, float distance, std::size_t begin,
+                std::size_t end, float* value) = nullptr;
 };
 
 }  // namespace firn::kernels

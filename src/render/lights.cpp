@@ -109,6 +109,17 @@ bool LightSet::sample_lamp(int lamp, float chance, const Vec3f& p, Sample2 at, L
   return true;
 }
 
+bool LightSet::middle(int beacon, const Vec3f& p, LightSample& out) const {
+  if (beacon >= distant()) {
+    const Sun& sun = suns_[beacon - distant()];
+    out = {sun.direction, kInfinity, sun.radiance, 1 / (2 * kPi * sun.spread), 0, 1};
+    return true;
+  }
+  // A ball's cone is sampled from its axis on, all others from a corner.
+  const bool ball = std::holds_alternative<BallLamp>(lamps_[beacon]);
+  return sample_lamp(beacon, 1, p, ball ? Sample2{0, 0} : Sample2{0.5f, 0.5f}, out);
+}
+
 // Light leaves a lamp with density cosine / pi.
 LightHit LightSet::lamp_hit(int lamp, float cosine) const {
   return std::visit(

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: MIT
+// The preview's light: how much snow lies about each point, and what that makes of the lights.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "src/render/directions.h"
+#include "src/render/preview.h"
+
+namespace firn {
+namespace {
+
+// Cells below a point at which its column is probed, and how much of it each probe stands for.
+constexpr float kBelow[] = {0.7f, 2.1f, 4.2f, 8.4f, 16.8f, 33.6f};
+constexpr float kStands[] = {1.4f, 1.4f, 2.8f, 5.6f, 11.2f, 22.4f};
+constexpr float kEnds = 0.2f;     // of the density as placed: there is no snow any more
+constexpr float kDeep = 300;      // transport depths: below them nothing changes (T < 0.5 %)
+// Cells before a point, and how much of the sky snow there would hide.
+constexpr float kBefore[] = {2, 4, 8};
+constexpr float kHides[] = {0.3f, 0.25f, 0.2f};
+constexpr float kSoftest = 0.5f, kMostLift = 3;  // cosine; spacings
+constexpr float kFaintest = 1e-3f;  // of light that passes a layer
+
+// max(cosine, 0), but round between -soft and soft.
+float ramp(float cosine, float soft) {
+  if (cosine >= soft) return cosine;
+  return cosine <= -soft ? 0 : (cosine + soft) * (cosine + soft) / (4 * soft);
+}
+
+}  // namespace
+
+void PreviewTile::probe() {
+  const std::size_t count = points_.size();
+  density_.resize(count);
+  for (int a = 0; a < 3; ++a) {
+    for (auto* column : {&probe_from_[a], &probe_down_[a], &probe_up_[a]}) column->resize(count);
+    for (std::size_t k = 0; k < count; ++k) {
+      probe_from_[a][k] = points_[k].p[a];
+      probe_up_[a][k] = points_[k].smooth[a];
+      probe_down_[a][k] = -points_[k].smooth[a];
+    }
+  }
+  measure_columns();
+  measure_openings();
+}
+
+// From probe to probe deeper, until all columns have ended or are deep.
+void PreviewTile::measure_columns() {
+  const float cell = view_.grid.view().cell;
+  const kernels::ProbeView probes{{probe_from_[0].data(), probe_from_[1].data(), probe_from_[2].data()},
+                                  {probe_down_[0].data(), probe_down_[1].data(), probe_down_[2].data()}};
+  std::vector<std::uint8_t> open(points_.size());
+  for (std::size_t k = 0; k < points_.size(); ++k) open[k] = points_[k].snow();
+  for (std::size_t step = 0; step < std::size(kBelow); ++step) {
+    if (std::none_of(open.begin(), open.end(), [](std::uint8_t each) { return each != 0; })) return;
+    view_.field.probe_density(probes, kBelow[step] * cell, points_.size(), density_.data());
+    for (std::size_t k = 0; k < points_.size(); ++k) {
+      if (!open[k]) continue;
+      Point& point = points_[k];
+      const std::size_t look = std::min<std::size_t>(point.object, view_.setup.snow.size() - 1);
+      if (!(density_[k] > kEnds * static_cast<float>(view_.setup.snow[look].density))) {
+        open[k] = 0;
+        continue;
+      }
+      point.column += density_[k] * kStands[step] * cell;
+      open[k] = layers_.transport_depth(point.object, point.column) < kDeep;
+    }
+  }
+}
+
+void PreviewTile::measure_openings() {
+  if (view_.grid.size() == 0) return;
+  const float cell = view_.grid.view().cell;
+  const kernels::ProbeView probes{{probe_from_[0].data(), probe_from_[1].data(), probe_from_[2].data()},
+                                  {probe_up_[0].data(), probe_up_[1].data(), probe_up_[2].data()}};
+  const float full = 1 / static_cast<float>(view_.setup.snow.front().density);
+  for (std::size_t step = 0; step < std::size(kBefore); ++step) {
+    view_.field.probe_density(probes, kBefore[step] * cell, points_.size(), density_.data());
+    for (std::size_t k = 0; k < points_.size(); ++k)
+      points_[k].opening -= kHides[step] * std::min(density_[k] * full, 1.f);
+  }
+}
+
+// What the columns make of the snow at each point.
+void PreviewTile::prepare() {
+  const auto spacing = static_cast<float>(view_.grid.spacing());
+  for (Point& point : points_) {
+    if (!point.snow()) continue;
+    point.layer = layers_.of(point.object, point.column);
+    point.surface.albedo = point.layer.reflected;
+    // A ball of diameter D passes |cos| / (1 + 3/4 D cos^2 / path): half of that at cos = soft / 2.
+    const float depth = std::max(layers_.transport_depth(point.object, point.column), 1.f);
+    point.soft = std::min(2 / std::sqrt(0.75f * depth), kSoftest);
+    // As deep as light comes in, so that what it softens is not in the snow's own shadow.
+    const std::size_t look = std::min<std::size_t>(point.object, view_.setup.snow.size() - 1);
+    const auto density = static_cast<float>(view_.setup.snow[look].density);
+    point.lift = std::min(spacing + 4.f / 3 * layers_.transport_path(point.object, density),
+                          kMostLift * spacing);
+  }
+}
+
+void PreviewTile::add_ambient() {
+  for (const Point& point : points_) {
+    const Vec3f& albedo = point.surface.albedo;
+    const Vec3f open = point.opening * (Vec3f::Ones() - (1 - point.opening) * albedo).cwiseInverse();
+    Vec3f light = ambient_.irradiance(point.surface.normal).cwiseProduct(albedo).cwiseProduct(open) / kPi;
+    Vec3f passed = Vec3f::Zero();
+    if (point.snow() && point.layer.passed.maxCoeff() > kFaintest)
+      passed = ambient_.irradiance(-point.surface.normal).cwiseProduct(point.layer.passed) / kPi;
+    FilmSample& seen = pixels_[point.pixel].seen;
+    seen.beauty += point.weight.cwiseProduct(light + passed);
+    if (point.snow()) seen.subsurface += point.weight.cwiseProduct(passed);
+  }
+}
+
+Vec3f PreviewTile::glint(const Point& point, const LightSample& light, float cosine) const {
+  const bool none = point.footprint == 0 || !view_.sparkle.any() || !(point.smooth.dot(point.back) > 0);
+  if (none || !(cosine > 0)) return Vec3f::Zero();
+  const float cone = 1 / std::sqrt(kPi * light.pdf);  // of the light, as a disc
+  const float brdf = view_.sparkle.brdf(point.sorted, point.p, point.smooth, point.back, light.direction,
+                                        cone, point.footprint);
+  return light.radiance * (brdf * cosine / light.pdf);
+}
+
+// False if nothing comes.
+bool PreviewTile::bring(const Point& point, const LightSample& light, Brings& brings) const {
+  const Vec3f irradiance = light.radiance / light.pdf;
+  const float cosine = point.surface.normal.dot(light.direction);
+  brings.direct = brings.passed = brings.glint = Vec3f::Zero();
+  if (!point.snow()) {
+    if (cosine > 0)
+      brings.direct = evaluate(point.surface, point.back, light.direction).cwiseProduct(irradiance) * cosine;
+  } else {
+    const Vec3f matt = irradiance / kPi;
+    brings.direct = point.layer.reflected.cwiseProduct(matt) * ramp(cosine, point.soft);
+    if (cosine < 0 && point.layer.passed.maxCoeff() > kFaintest)
+      brings.passed = point.layer.passed.cwiseProduct(matt) * -cosine;
+    brings.glint = glint(point, light, point.smooth.dot(light.direction));
+  }
+  return (brings.direct + brings.passed + brings.glint).maxCoeff() > 0;
+}
+
+void PreviewTile::cast_shadows(int beacon) {
+  const World& world = view_.world;
+  shadow_rays_.clear(), brings_.clear();
+  for (std::size_t k = 0; k < points_.size(); ++k) {
+    const Point& point = points_[k];
+    LightSample light;
+    Brings brings{static_cast<std::uint32_t>(k), {}, {}, {}};
+    if (!world.lights.middle(beacon, point.p, light) || !bring(point, light, brings)) continue;
+    brings_.push_back(brings);
+    shadow_rays_.push(point.p + point.lift * point.smooth, light.direction, light.distance * (1 - 1e-4f));
+  }
+  Flights(world).find_shadow(shadow_rays_);
+  rays_traced_ += shadow_rays_.size();
+}
+
+void PreviewTile::add_lit() {
+  for (std::size_t ray = 0; ray < brings_.size(); ++ray) {
+    const Brings& brings = brings_[ray];
+    const bool snow = shadow_rays_.hit(ray) != kernels::kNoHit;
+    if (snow && !(brings.passed.maxCoeff() > 0)) continue;
+    const Vec3f o = shadow_rays_.origin(ray), d = shadow_rays_.direction(ray);
+    float reach = shadow_rays_.t(ray);
+    LightHit lamp;
+    if (view_.world.lights.hit(o, d, reach, lamp) || view_.world.objects.occluded(o, d, reach)) continue;
+    const Point& point = points_[brings.point];
+    FilmSample& seen = pixels_[point.pixel].seen;
+    const Vec3f before = snow ? Vec3f::Zero() : Vec3f(brings.direct + brings.glint);
+    seen.beauty += point.weight.cwiseProduct(before + brings.passed);
+    seen.subsurface += point.weight.cwiseProduct(brings.passed);
+    if (!snow) seen.sparkle += point.weight.cwiseProduct(brings.glint);
+  }
+}
+
+}  // namespace firn
