@@ -84,6 +84,8 @@ class LightSet {
   // What a ray that leaves the scene brings. Its pdf_emit is 0 if its line misses the disc.
   LightHit escape(const Vec3f& o, const Vec3f& d) const;
 
+  // Its radiance alone.
+  Vec3f background(const Vec3f& d) const;
   // The same without suns.
   Vec3f sky(const Vec3f& d) const { return sky_.radiance(d); }
 
@@ -101,7 +103,6 @@ class LightSet {
   LightHit lamp_hit(int lamp, float cosine) const;
   bool sample_lamp(int lamp, float chance, const Vec3f& p, Sample2 at, LightSample& out) const;
   void emit_lamp(int lamp, Sample2 place, Sample2 direction, Emission& out) const;
-  Vec3f distant_radiance(const Vec3f& d) const;
   float distant_density(const Vec3f& d) const;  // not normalised: its integral is distant_strength_
   bool crosses_disc(const Vec3f& o, const Vec3f& d) const;
   Vec3f distant_direction(float left, Sample2 at) const;  // left: in [0, distant_strength_)

@@ -60,7 +60,7 @@ void PreviewTile::aim(const Tile& tile) {
     for (int x = tile.x0; x < tile.x1; x += kBlock) {
       for (int py = y; py < std::min(y + kBlock, tile.y1); ++py) {
         for (int px = x; px < std::min(x + kBlock, tile.x1); ++px) {
-          const CameraRay ray = view_.camera.ray(px, py, {0.5f, 0.5f}, {0, 0});
+          const CameraRay ray = view_.camera.middle_ray(px, py);
           rays_.push(ray.origin, ray.direction, kInfinity);
           sights_.push_back({static_cast<std::uint32_t>(pixels_.size()), Vec3f::Ones()});
           pixels_.push_back({px, py, {}});
@@ -90,9 +90,9 @@ void PreviewTile::arrive(std::size_t ray, bool first) {
   FilmSample& seen = pixels_[sights_[ray].pixel].seen;
   const bool glows = world.lights.hit(o, d, t, light) ||
                      (met.object >= 0 && world.lights.object_hit(met.object, d, met, light));
-  if (!glows && met.object < 0 && !snow) light = world.lights.escape(o, d);
   if (glows || (met.object < 0 && !snow)) {
-    seen.beauty += sights_[ray].weight.cwiseProduct(light.radiance);
+    const Vec3f radiance = glows ? light.radiance : world.lights.background(d);
+    seen.beauty += sights_[ray].weight.cwiseProduct(radiance);
     return;
   }
   Point point;

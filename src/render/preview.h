@@ -59,7 +59,8 @@ class PreviewTile {
   };
   struct Brings {  // what a light adds to a point
     std::uint32_t point;
-    Vec3f direct, passed, glint;
+    Vec3f direct, passed;
+    LightSample light;
   };
 
   void aim(const Tile& tile);
@@ -73,8 +74,9 @@ class PreviewTile {
   void measure_openings();
   void prepare();
   void cast_shadows(int beacon);
-  bool bring(const Point& point, const LightSample& light, Brings& brings) const;
-  Vec3f glint(const Point& point, const LightSample& light, float cosine) const;
+  bool bring(const Point& point, Brings& brings) const;
+  bool may_glint(const Point& point, const Vec3f& direction) const;
+  Vec3f glint(const Point& point, const LightSample& light) const;
   void add_lit();
   void add_ambient();
 

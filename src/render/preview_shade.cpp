@@ -113,20 +113,25 @@ void PreviewTile::add_ambient() {
   }
 }
 
-Vec3f PreviewTile::glint(const Point& point, const LightSample& light, float cosine) const {
-  const bool none = point.footprint == 0 || !view_.sparkle.any() || !(point.smooth.dot(point.back) > 0);
-  if (none || !(cosine > 0)) return Vec3f::Zero();
+bool PreviewTile::may_glint(const Point& point, const Vec3f& direction) const {
+  return point.snow() && point.footprint > 0 && point.smooth.dot(direction) > 0 &&
+         point.smooth.dot(point.back) > 0 && view_.sparkle.any();
+}
+
+Vec3f PreviewTile::glint(const Point& point, const LightSample& light) const {
+  if (!may_glint(point, light.direction)) return Vec3f::Zero();
   const float cone = 1 / std::sqrt(kPi * light.pdf);  // of the light, as a disc
   const float brdf = view_.sparkle.brdf(point.sorted, point.p, point.smooth, point.back, light.direction,
                                         cone, point.footprint);
-  return light.radiance * (brdf * cosine / light.pdf);
+  return light.radiance * (brdf * point.smooth.dot(light.direction) / light.pdf);
 }
 
 // False if nothing comes.
-bool PreviewTile::bring(const Point& point, const LightSample& light, Brings& brings) const {
+bool PreviewTile::bring(const Point& point, Brings& brings) const {
+  const LightSample& light = brings.light;
   const Vec3f irradiance = light.radiance / light.pdf;
   const float cosine = point.surface.normal.dot(light.direction);
-  brings.direct = brings.passed = brings.glint = Vec3f::Zero();
+  brings.direct = brings.passed = Vec3f::Zero();
   if (!point.snow()) {
     if (cosine > 0)
       brings.direct = evaluate(point.surface, point.back, light.direction).cwiseProduct(irradiance) * cosine;
@@ -135,9 +140,8 @@ bool PreviewTile::bring(const Point& point, const LightSample& light, Brings& br
     brings.direct = point.layer.reflected.cwiseProduct(matt) * ramp(cosine, point.soft);
     if (cosine < 0 && point.layer.passed.maxCoeff() > kFaintest)
       brings.passed = point.layer.passed.cwiseProduct(matt) * -cosine;
-    brings.glint = glint(point, light, point.smooth.dot(light.direction));
   }
-  return (brings.direct + brings.passed + brings.glint).maxCoeff() > 0;
+  return (brings.direct + brings.passed).maxCoeff() > 0 || may_glint(point, light.direction);
 }
 
 void PreviewTile::cast_shadows(int beacon) {
@@ -145,11 +149,12 @@ void PreviewTile::cast_shadows(int beacon) {
   shadow_rays_.clear(), brings_.clear();
   for (std::size_t k = 0; k < points_.size(); ++k) {
     const Point& point = points_[k];
-    LightSample light;
-    Brings brings{static_cast<std::uint32_t>(k), {}, {}, {}};
-    if (!world.lights.middle(beacon, point.p, light) || !bring(point, light, brings)) continue;
+    Brings brings;
+    brings.point = static_cast<std::uint32_t>(k);
+    if (!world.lights.middle(beacon, point.p, brings.light) || !bring(point, brings)) continue;
     brings_.push_back(brings);
-    shadow_rays_.push(point.p + point.lift * point.smooth, light.direction, light.distance * (1 - 1e-4f));
+    shadow_rays_.push(point.p + point.lift * point.smooth, brings.light.direction,
+                      brings.light.distance * (1 - 1e-4f));
   }
   Flights(world).find_shadow(shadow_rays_);
   rays_traced_ += shadow_rays_.size();
@@ -166,10 +171,13 @@ void PreviewTile::add_lit() {
     if (view_.world.lights.hit(o, d, reach, lamp) || view_.world.objects.occluded(o, d, reach)) continue;
     const Point& point = points_[brings.point];
     FilmSample& seen = pixels_[point.pixel].seen;
-    const Vec3f before = snow ? Vec3f::Zero() : Vec3f(brings.direct + brings.glint);
-    seen.beauty += point.weight.cwiseProduct(before + brings.passed);
-    seen.subsurface += point.weight.cwiseProduct(brings.passed);
-    if (!snow) seen.sparkle += point.weight.cwiseProduct(brings.glint);
+    const Vec3f passed = point.weight.cwiseProduct(brings.passed);
+    seen.subsurface += passed;
+    seen.beauty += passed;
+    if (snow) continue;
+    const Vec3f sparkle = point.weight.cwiseProduct(glint(point, brings.light));
+    seen.sparkle += sparkle;
+    seen.beauty += point.weight.cwiseProduct(brings.direct) + sparkle;
   }
 }
 

@@ -318,21 +318,34 @@ float SnowField::fill(const Vec3f& p) const {
   return find(p, place) ? interpolate(fill_, place) : 0.f;
 }
 
+// The own cell first; then those around it that are near enough.
 std::uint32_t SnowField::particle_near(const Vec3f& p) const {
   const kernels::TraceGrid& grid = grid_->view();
   int cell[3];
-  for (int a = 0; a < 3; ++a)
+  float beside[3][3];  // square of the distance to the cells below, of and above it, along each axis
+  for (int a = 0; a < 3; ++a) {
     cell[a] = static_cast<int>(std::clamp(p[a] * grid.inv_cell, 0.f, static_cast<float>(grid.cells[a] - 1)));
+    const float below = p[a] - static_cast<float>(cell[a]) * grid.cell, above = grid.cell - below;
+    beside[a][0] = below > 0 ? below * below : 0.f;
+    beside[a][1] = 0;
+    beside[a][2] = above > 0 ? above * above : 0.f;
+  }
   std::uint32_t best = kernels::kNoHit;
   float least = std::numeric_limits<float>::infinity();
-  for (int k = 0; k < 27; ++k) {
+  const auto look_into = [&](int k) {
+    const int step[3] = {k / 9, k / 3 % 3, k % 3};
+    if (beside[0][step[0]] + beside[1][step[1]] + beside[2][step[2]] > least * (1 + 1e-5f)) return;
     const std::size_t near =
-        cell_index(grid, cell[0] + k / 9 - 1, cell[1] + k / 3 % 3 - 1, cell[2] + k % 3 - 1);
-    if (near == kNoCell) continue;
+        cell_index(grid, cell[0] + step[0] - 1, cell[1] + step[1] - 1, cell[2] + step[2] - 1);
+    if (near == kNoCell) return;
     for (std::uint32_t s = grid.cell_start[near]; s < grid.cell_start[near + 1]; ++s) {
       const float distance = (grid_->center(s) - p).squaredNorm();
-      if (distance < least) least = distance, best = s;
+      if (distance < least || (distance == least && s < best)) least = distance, best = s;
     }
+  };
+  look_into(13);
+  for (int k = 0; k < 27; ++k) {
+    if (k != 13) look_into(k);
   }
   return best;
 }
