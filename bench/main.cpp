@@ -45,7 +45,7 @@ constexpr const char* kUsage =
     "usage: firn-bench medium [--particles N] [--isa I] [--json FILE]\n"
     "  flights of light through a ball of snow from collision to collision, on one thread\n"
     "usage: firn-bench preview [--particles N] [--shape ball|slab] [--threads T] [--isa I] [--repeats R]\n"
-    "                          [--json FILE]\n"
+    "                          [--clock wall|cpu] [--json FILE]\n"
     "  a frame of the preview, 960 x 540 pixels, and each of its stages; the best of R frames\n";
 
 double positive(const std::string& option, const char* text) {
@@ -159,6 +159,7 @@ int preview(int argc, char** argv) {
                    {"--threads", number("--threads", o.threads)},
                    {"--isa", word(o.isa)},
                    {"--repeats", number("--repeats", o.repeats)},
+                   {"--clock", word(o.clock)},
                    {"--json", word(o.json)}};
   options.read(argc, argv);
   firn::bench::run_preview(o);

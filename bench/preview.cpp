@@ -12,6 +12,7 @@
 #include "bench/report.h"
 #include "bench/stopwatch.h"
 #include "bench/trace_scene.h"
+#include "src/core/error.h"
 #include "src/core/isa.h"
 #include "src/render/renderer.h"
 
@@ -81,9 +82,9 @@ struct Stages {
 };
 
 void print(const Json& r) {
-  std::printf("%s: %zu particles, %d x %d, %d threads, %s\n", r["shape"].get<std::string>().c_str(),
+  std::printf("%s: %zu particles, %d x %d, %d threads, %s, %s clock\n", r["shape"].get<std::string>().c_str(),
               r["particles"].get<std::size_t>(), kWidth, kHeight, r["threads"].get<int>(),
-              r["isa"].get<std::string>().c_str());
+              r["isa"].get<std::string>().c_str(), r["clock"].get<std::string>().c_str());
   for (const auto& [name, ms] : r["ms"].items()) std::printf("%-14s %7.1f ms\n", name.c_str(), ms.get<double>());
   std::printf("%.1f frames/s of snow that stands still, %.1f of snow that moves; %.1f M rays a frame\n",
               r["frames_per_second_still"].get<double>(), r["frames_per_second_moving"].get<double>(),
@@ -93,6 +94,11 @@ void print(const Json& r) {
 }  // namespace
 
 void run_preview(const PreviewOptions& options) {
+  if (options.clock != "wall" && options.clock != "cpu")
+    throw Error(ExitCode::usage, "--clock", "'" + options.clock + "' is neither wall nor cpu");
+  const auto timed = [&](auto&& work) {
+    return options.clock == "cpu" ? cpu_seconds_of(work) / options.threads : seconds_of(work);
+  };
   const kernels::KernelTable& kernels = choose_kernels(options.isa);
   tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                             static_cast<std::size_t>(options.threads));
@@ -105,13 +111,13 @@ void run_preview(const PreviewOptions& options) {
   Stages stages;
   for (int frame = 0; frame <= options.repeats; ++frame) {
     for (float& y : scene.snapshot.x[1]) y -= static_cast<float>(0.01 * kSpacing);
-    const double moving = seconds_of([&] { renderer.render(scene.snapshot, picture, stats, stop); });
+    const double moving = timed([&] { renderer.render(scene.snapshot, picture, stats, stop); });
     if (frame == 0) continue;  // memory is fetched for the first time
     stages.add(stats, options.threads);
     stages.moving.add(moving);
     const Camera camera = camera_at(scene, frame);
     stages.still.add(
-        seconds_of([&] { renderer.look_again(scene.snapshot, camera, picture, stats, stop); }));
+        timed([&] { renderer.look_again(scene.snapshot, camera, picture, stats, stop); }));
     stages.add(stats, options.threads);
   }
   Json report = {{"ms", stages.ms()},
@@ -123,7 +129,8 @@ void run_preview(const PreviewOptions& options) {
                  {"width", kWidth},
                  {"height", kHeight},
                  {"threads", options.threads},
-                 {"isa", kernels.isa}};
+                 {"isa", kernels.isa},
+                 {"clock", options.clock}};
   add_provenance(report);
   print(report);
   if (!options.json.empty()) write_json(report, options.json);

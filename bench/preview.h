@@ -11,6 +11,7 @@ struct PreviewOptions {
   int threads = 2;
   std::string isa = "auto";
   int repeats = 9;
+  std::string clock = "wall";  // or "cpu": bench/trace_frame.h; of whole frames, stages have the wall's
   std::string json;  // path; empty: none
 };
 

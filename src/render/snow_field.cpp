@@ -318,34 +318,38 @@ float SnowField::fill(const Vec3f& p) const {
   return find(p, place) ? interpolate(fill_, place) : 0.f;
 }
 
-// The own cell first; then those around it that are near enough.
+// The own cell first, then along each axis the nearer side, and only what is near enough.
 std::uint32_t SnowField::particle_near(const Vec3f& p) const {
   const kernels::TraceGrid& grid = grid_->view();
-  int cell[3];
-  float beside[3][3];  // square of the distance to the cells below, of and above it, along each axis
+  int beside[3][3];   // cells along each axis, in that order
+  float apart2[3][3];  // m^2, to them
   for (int a = 0; a < 3; ++a) {
-    cell[a] = static_cast<int>(std::clamp(p[a] * grid.inv_cell, 0.f, static_cast<float>(grid.cells[a] - 1)));
-    const float below = p[a] - static_cast<float>(cell[a]) * grid.cell, above = grid.cell - below;
-    beside[a][0] = below > 0 ? below * below : 0.f;
-    beside[a][1] = 0;
-    beside[a][2] = above > 0 ? above * above : 0.f;
+    const int own =
+        static_cast<int>(std::clamp(p[a] * grid.inv_cell, 0.f, static_cast<float>(grid.cells[a] - 1)));
+    const float below = std::max(p[a] - static_cast<float>(own) * grid.cell, 0.f);
+    const float above = std::max(grid.cell - below, 0.f);
+    const int nearer = below < above ? -1 : 1;
+    beside[a][0] = own, beside[a][1] = own + nearer, beside[a][2] = own - nearer;
+    apart2[a][0] = 0;
+    apart2[a][1] = std::min(below, above) * std::min(below, above);
+    apart2[a][2] = std::max(below, above) * std::max(below, above);
   }
   std::uint32_t best = kernels::kNoHit;
   float least = std::numeric_limits<float>::infinity();
-  const auto look_into = [&](int k) {
-    const int step[3] = {k / 9, k / 3 % 3, k % 3};
-    if (beside[0][step[0]] + beside[1][step[1]] + beside[2][step[2]] > least * (1 + 1e-5f)) return;
-    const std::size_t near =
-        cell_index(grid, cell[0] + step[0] - 1, cell[1] + step[1] - 1, cell[2] + step[2] - 1);
-    if (near == kNoCell) return;
-    for (std::uint32_t s = grid.cell_start[near]; s < grid.cell_start[near + 1]; ++s) {
-      const float distance = (grid_->center(s) - p).squaredNorm();
-      if (distance < least || (distance == least && s < best)) least = distance, best = s;
+  constexpr float kRounding = 1 - 1e-5f;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      const float across = apart2[0][i] + apart2[1][j];
+      for (int k = 0; k < 3 && (across + apart2[2][k]) * kRounding <= least; ++k) {
+        const std::size_t near = cell_index(grid, beside[0][i], beside[1][j], beside[2][k]);
+        if (near == kNoCell) continue;
+        for (std::uint32_t s = grid.cell_start[near]; s < grid.cell_start[near + 1]; ++s) {
+          const float x = grid.x[s] - p.x(), y = grid.y[s] - p.y(), z = grid.z[s] - p.z();
+          const float distance = x * x + y * y + z * z;
+          if (distance < least || (distance == least && s < best)) least = distance, best = s;
+        }
+      }
     }
-  };
-  look_into(13);
-  for (int k = 0; k < 27; ++k) {
-    if (k != 13) look_into(k);
   }
   return best;
 }
