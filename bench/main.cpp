@@ -189,9 +189,9 @@ int main(int argc, char** argv) {
     std::fputs(kUsage, stdout);
     return 0;
   }
-  const std::map<std::string, int (*)(int, char**)> commands = {
-      {"sim", sim},     {"kernels", kernels}, {"resting", resting},
-      {"trace", trace}, {"medium", medium},   {"preview", preview}};
+  const std::map<std::string, int (*)(int, char**)> commands = {{"sim", sim},         {"kernels", kernels},
+                                                                {"resting", resting}, {"trace", trace},
+                                                                {"medium", medium},   {"preview", preview}};
   const auto command = commands.find(argc < 2 ? "" : argv[1]);
   if (command == commands.end()) {
     std::fputs(kUsage, stderr);

@@ -39,9 +39,8 @@ Camera camera_at(const TraceScene& scene, int frame) {
   Camera camera;
   camera.target = kSpacing * scene.center;
   camera.fov = kViewAngle;
-  camera.position =
-      camera.target + Vec3(std::cos(angle) * from.x() + std::sin(angle) * from.z(), from.y(),
-                           std::cos(angle) * from.z() - std::sin(angle) * from.x());
+  camera.position = camera.target + Vec3(std::cos(angle) * from.x() + std::sin(angle) * from.z(), from.y(),
+                                         std::cos(angle) * from.z() - std::sin(angle) * from.x());
   return camera;
 }
 
@@ -55,8 +54,9 @@ RenderSetup setup_of(const TraceScene& scene) {
   look.density = 300;
   look.sparkle.density = 4e6;
   setup.snow = {look};
-  setup.lights = {SunLight{scene.light - scene.center, 0.2666, Vec3f(2.9f, 2.45f, 1.9f)},
-                  SkyLight{Vec3f(0.12f, 0.24f, 0.52f), Vec3f(0.42f, 0.52f, 0.68f), Vec3f(0.25f, 0.27f, 0.3f)}};
+  setup.lights = {
+      SunLight{scene.light - scene.center, 0.2666, Vec3f(2.9f, 2.45f, 1.9f)},
+      SkyLight{Vec3f(0.12f, 0.24f, 0.52f), Vec3f(0.42f, 0.52f, 0.68f), Vec3f(0.25f, 0.27f, 0.3f)}};
   return setup;
 }
 
@@ -74,9 +74,9 @@ struct Stages {
     shade.add(stats.preview.shade / threads);
   }
   Json ms() const {
-    return {{"grid", 1e3 * grid.seconds()},       {"field", 1e3 * field.seconds()},
-            {"primary", 1e3 * primary.seconds()}, {"shadow", 1e3 * shadow.seconds()},
-            {"shade", 1e3 * shade.seconds()},     {"frame_still", 1e3 * still.seconds()},
+    return {{"grid", 1e3 * grid.seconds()},          {"field", 1e3 * field.seconds()},
+            {"primary", 1e3 * primary.seconds()},    {"shadow", 1e3 * shadow.seconds()},
+            {"shade", 1e3 * shade.seconds()},        {"frame_still", 1e3 * still.seconds()},
             {"frame_moving", 1e3 * moving.seconds()}};
   }
 };
@@ -85,7 +85,8 @@ void print(const Json& r) {
   std::printf("%s: %zu particles, %d x %d, %d threads, %s, %s clock\n", r["shape"].get<std::string>().c_str(),
               r["particles"].get<std::size_t>(), kWidth, kHeight, r["threads"].get<int>(),
               r["isa"].get<std::string>().c_str(), r["clock"].get<std::string>().c_str());
-  for (const auto& [name, ms] : r["ms"].items()) std::printf("%-14s %7.1f ms\n", name.c_str(), ms.get<double>());
+  for (const auto& [name, ms] : r["ms"].items())
+    std::printf("%-14s %7.1f ms\n", name.c_str(), ms.get<double>());
   std::printf("%.1f frames/s of snow that stands still, %.1f of snow that moves; %.1f M rays a frame\n",
               r["frames_per_second_still"].get<double>(), r["frames_per_second_moving"].get<double>(),
               1e-6 * r["rays"].get<double>());
@@ -116,8 +117,7 @@ void run_preview(const PreviewOptions& options) {
     stages.add(stats, options.threads);
     stages.moving.add(moving);
     const Camera camera = camera_at(scene, frame);
-    stages.still.add(
-        timed([&] { renderer.look_again(scene.snapshot, camera, picture, stats, stop); }));
+    stages.still.add(timed([&] { renderer.look_again(scene.snapshot, camera, picture, stats, stop); }));
     stages.add(stats, options.threads);
   }
   Json report = {{"ms", stages.ms()},

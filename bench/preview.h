@@ -12,7 +12,7 @@ struct PreviewOptions {
   std::string isa = "auto";
   int repeats = 9;
   std::string clock = "wall";  // or "cpu": bench/trace_frame.h; of whole frames, stages have the wall's
-  std::string json;  // path; empty: none
+  std::string json;            // path; empty: none
 };
 
 // Times frames of the preview at 960 x 540: of snow that stands still before a camera that moves, and of snow

@@ -34,8 +34,7 @@ void probe(const TraceGrid& grid, const float* field, const ProbeView& probes, f
       corner[k] = gather(field, first + offset, inside);
     }
     for (int a = 2, n = 4; a >= 0; --a, n /= 2) {  // z, then y, then x
-      for (int k = 0; k < n; ++k)
-        corner[k] = fma(part[a], corner[2 * k + 1] - corner[2 * k], corner[2 * k]);
+      for (int k = 0; k < n; ++k) corner[k] = fma(part[a], corner[2 * k + 1] - corner[2 * k], corner[2 * k]);
     }
     store_first(value + i, count, select(inside, corner[0], splat(0)));
   }

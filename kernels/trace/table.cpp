@@ -21,7 +21,7 @@ void probe(const TraceGrid&, const float*, const ProbeView&, float, std::size_t,
 
 TraceKernels trace_kernels() {
   return {extent, cell_codes,      closest,          closest_coherent, occluded, occluded_coherent,
-          splat,  surface_closest, surface_occluded, collide, probe};
+          splat,  surface_closest, surface_occluded, collide,          probe};
 }
 
 }  // namespace firn::kernels::FIRN_ISA

@@ -25,9 +25,15 @@ Vec3f spiral(int k) {
 // Real harmonics up to order 2.
 std::array<float, 9> harmonics(const Vec3f& d) {
   const float x = d.x(), y = d.y(), z = d.z();
-  return {0.282095f,         0.488603f * y,     0.488603f * z,
-          0.488603f * x,     1.092548f * x * y, 1.092548f * y * z,
-          1.092548f * x * z, 0.546274f * (x * x - y * y), 0.315392f * (3 * z * z - 1)};
+  return {0.282095f,
+          0.488603f * y,
+          0.488603f * z,
+          0.488603f * x,
+          1.092548f * x * y,
+          1.092548f * y * z,
+          1.092548f * x * z,
+          0.546274f * (x * x - y * y),
+          0.315392f * (3 * z * z - 1)};
 }
 
 // Whether light comes from there unhindered by objects and snow.

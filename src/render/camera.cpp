@@ -90,8 +90,7 @@ CameraRay CameraRays::ray(int x, int y, Sample2 film, Sample2 lens) const {
 }
 
 CameraRay CameraRays::middle_ray(int x, int y) const {
-  const Vec3 through =
-      forward_ + pixel_ * ((x + 0.5 - center_x_) * right_ + (y + 0.5 - center_y_) * down_);
+  const Vec3 through = forward_ + pixel_ * ((x + 0.5 - center_x_) * right_ + (y + 0.5 - center_y_) * down_);
   return {eye_.cast<float>(), through.normalized().cast<float>()};
 }
 

@@ -63,9 +63,9 @@ class LightSet {
   // there.
   bool sample(const Vec3f& p, float choice, Sample2 at, LightSample& out) const;
 
-  // For who wants light without noise: lamps and suns by number, each by its middle. middle() is what sample()
-  // would be if the light were alone and its middle stood for all of it, so radiance / pdf is what it sends to
-  // a plane that faces it; 1 / pdf is the solid angle that it fills.
+  // For who wants light without noise: lamps and suns by number, each by its middle. middle() is what
+  // sample() would be if the light were alone and its middle stood for all of it, so radiance / pdf is what
+  // it sends to a plane that faces it; 1 / pdf is the solid angle that it fills.
   int beacons() const { return static_cast<int>(lamps_.size() + suns_.size()); }
   bool middle(int beacon, const Vec3f& p, LightSample& out) const;
 

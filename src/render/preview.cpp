@@ -14,8 +14,8 @@ namespace firn {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr int kBlock = 8;      // pixels: neighbours in a stream are neighbours on the film
-constexpr int kSpecular = 6;   // mirrors and sides of glass, one behind another
+constexpr int kBlock = 8;         // pixels: neighbours in a stream are neighbours on the film
+constexpr int kSpecular = 6;      // mirrors and sides of glass, one behind another
 constexpr float kFacing = 0.02f;  // of a grain's normal to the eye, at least
 
 class Clock {
@@ -143,8 +143,8 @@ PreviewTile::Point PreviewTile::snow_point(std::size_t ray) const {
   point.sorted = ball ? rays_.hit(ray) : view_.field.particle_near(point.p);
   const std::uint32_t particle = view_.grid.snapshot_index(point.sorted);
   const Vec3f from_center = point.p - view_.grid.center(point.sorted);
-  point.smooth = ball ? Vec3f(from_center / view_.grid.radius(point.sorted))
-                      : view_.field.normal(point.p, point.back);
+  point.smooth =
+      ball ? Vec3f(from_center / view_.grid.radius(point.sorted)) : view_.field.normal(point.p, point.back);
   Vec3f normal =
       (point.smooth + grain_slope(from_center / spacing, view_.snapshot.id[particle])).normalized();
   const float facing = normal.dot(point.back);

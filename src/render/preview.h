@@ -12,7 +12,8 @@
 // * The edge of light and shade on round snow is softened over the angle by which light goes round in it.
 // * Light from all around is that of one place (ambient.h), times v / (1 - R (1 - v)): of a hollow that is
 //   open by v and reflects R all light that finds the way out. v is by the density before the surface.
-// * Glints are those of sparkle.h, of suns and lamps; a sun's disc is taken as a whole, so they have no noise.
+// * Glints are those of sparkle.h, of suns and lamps; a sun's disc is taken as a whole, so they have no
+// noise.
 #pragma once
 #include <cstdint>
 #include <vector>

@@ -13,13 +13,13 @@ namespace {
 // Cells below a point at which its column is probed, and how much of it each probe stands for.
 constexpr float kBelow[] = {0.7f, 2.1f, 4.2f, 8.4f, 16.8f, 33.6f};
 constexpr float kStands[] = {1.4f, 1.4f, 2.8f, 5.6f, 11.2f, 22.4f};
-constexpr float kEnds = 0.2f;     // of the density as placed: there is no snow any more
-constexpr float kDeep = 300;      // transport depths: below them nothing changes (T < 0.5 %)
+constexpr float kEnds = 0.2f;  // of the density as placed: there is no snow any more
+constexpr float kDeep = 300;   // transport depths: below them nothing changes (T < 0.5 %)
 // Cells before a point, and how much of the sky snow there would hide.
 constexpr float kBefore[] = {2, 4, 8};
 constexpr float kHides[] = {0.3f, 0.25f, 0.2f};
 constexpr float kSoftest = 0.5f, kMostLift = 3;  // cosine; spacings
-constexpr float kFaintest = 1e-3f;  // of light that passes a layer
+constexpr float kFaintest = 1e-3f;               // of light that passes a layer
 
 // max(cosine, 0), but round between -soft and soft.
 float ramp(float cosine, float soft) {
@@ -94,8 +94,8 @@ void PreviewTile::prepare() {
     // As deep as light comes in, so that what it softens is not in the snow's own shadow.
     const std::size_t look = std::min<std::size_t>(point.object, view_.setup.snow.size() - 1);
     const auto density = static_cast<float>(view_.setup.snow[look].density);
-    point.lift = std::min(spacing + 4.f / 3 * layers_.transport_path(point.object, density),
-                          kMostLift * spacing);
+    point.lift =
+        std::min(spacing + 4.f / 3 * layers_.transport_path(point.object, density), kMostLift * spacing);
   }
 }
 

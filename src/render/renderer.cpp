@@ -119,9 +119,7 @@ struct Renderer::State {
     stats.trace_seconds += seconds_since(start);
   }
 
-  World world() const {
-    return {kernels, objects, lights, media, grid, snow, scattering, setup.image};
-  }
+  World world() const { return {kernels, objects, lights, media, grid, snow, scattering, setup.image}; }
 
   // Adds a range of samples of the world as it was built last.
   void trace(const Snapshot& snapshot, const SampleRange& range, RenderStats& stats,

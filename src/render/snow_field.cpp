@@ -87,8 +87,8 @@ void SnowField::gather_corners(std::vector<float>& corners, bool add) const {
       }
       for (int x = low[0]; x <= high[0]; ++x) {
         for (int y = low[1]; y <= high[1]; ++y) {
-          const float* row =
-              tile + field_tile_index(x - kBrickCells * step[0], y - kBrickCells * step[1], -kBrickCells * step[2]);
+          const float* row = tile + field_tile_index(x - kBrickCells * step[0], y - kBrickCells * step[1],
+                                                     -kBrickCells * step[2]);
           float* to = out + corner_index(x, y, 0);
           for (int z = low[2]; z <= high[2]; ++z) to[z] += row[z];
         }
@@ -228,9 +228,8 @@ void SnowField::weigh(const Snapshot& snapshot, const std::vector<SnowLook>& loo
     mass_[s] = static_cast<float>(volume_[s] * look.density);
   });
   splat(mass_, density_);
-  const bool alike = std::all_of(looks.begin(), looks.end(), [&](const SnowLook& look) {
-    return look.extinction == first.extinction;
-  });
+  const bool alike = std::all_of(looks.begin(), looks.end(),
+                                 [&](const SnowLook& look) { return look.extinction == first.extinction; });
   sigma_.clear();
   extinction_ = alike ? static_cast<float>(first.extinction) : 1.f;
   if (alike) return;
@@ -321,7 +320,7 @@ float SnowField::fill(const Vec3f& p) const {
 // The own cell first, then along each axis the nearer side, and only what is near enough.
 std::uint32_t SnowField::particle_near(const Vec3f& p) const {
   const kernels::TraceGrid& grid = grid_->view();
-  int beside[3][3];   // cells along each axis, in that order
+  int beside[3][3];    // cells along each axis, in that order
   float apart2[3][3];  // m^2, to them
   for (int a = 0; a < 3; ++a) {
     const int own =
