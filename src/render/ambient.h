@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Light from all around, as the preview takes it: what arrives at one place in the middle of the snow from
 // the sky and from the objects about it (lit by sky, suns and lamps, in their shadows), as spherical
-// harmonics of order 2. Those hold what a matt surface makes of it to about 1 % of its mean for skies, more
-// for lights from a narrow cone (Ramamoorthi and Hanrahan 2001, "An efficient representation for irradiance
-// environment maps"). That it is the same everywhere is the error of the one place.
+// harmonics of order 2. Those hold what a matt surface makes of a gradient sky to 2.3 % of its mean, less
+// well if light comes from a narrow cone (Ramamoorthi and Hanrahan 2001, "An efficient representation for
+// irradiance environment maps"). That it is the same everywhere is the error of the one place.
 #pragma once
 #include <array>
 #include <vector>

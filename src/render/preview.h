@@ -58,6 +58,11 @@ class PreviewTile {
 
     bool snow() const { return sorted != kernels::kNoHit; }
   };
+  struct End {  // of a column
+    std::uint32_t point;
+    float within, beyond;  // cells: the last probe that found snow, and the first that found none
+    float counted;         // cells of snow that the column has by now
+  };
   struct Brings {  // what a light adds to a point
     std::uint32_t point;
     Vec3f direct, passed;
@@ -72,6 +77,8 @@ class PreviewTile {
 
   void probe();
   void measure_columns();
+  void find_ends();
+  float least_density(const Point& point) const;
   void measure_openings();
   void prepare();
   void cast_shadows(int beacon);
@@ -90,6 +97,8 @@ class PreviewTile {
   std::vector<Sight> sights_, next_sights_;
   std::vector<Point> points_;
   std::vector<float> probe_from_[3], probe_down_[3], probe_up_[3], density_;
+  std::vector<std::uint32_t> open_;  // points whose columns go on
+  std::vector<End> ends_;
   std::vector<Brings> brings_;
 };
 

@@ -13,6 +13,7 @@ namespace {
 // Cells below a point at which its column is probed, and how much of it each probe stands for.
 constexpr float kBelow[] = {0.7f, 2.1f, 4.2f, 8.4f, 16.8f, 33.6f};
 constexpr float kStands[] = {1.4f, 1.4f, 2.8f, 5.6f, 11.2f, 22.4f};
+constexpr int kHalvings = 2;
 constexpr float kEnds = 0.2f;  // of the density as placed: there is no snow any more
 constexpr float kDeep = 300;   // transport depths: below them nothing changes (T < 0.5 %)
 // Cells before a point, and how much of the sky snow there would hide.
@@ -40,8 +41,8 @@ void PreviewTile::probe() {
       probe_down_[a][k] = -points_[k].smooth[a];
     }
   }
-  measure_columns();
   measure_openings();
+  measure_columns();
 }
 
 // From probe to probe deeper, until all columns have ended or are deep.
@@ -49,22 +50,59 @@ void PreviewTile::measure_columns() {
   const float cell = view_.grid.view().cell;
   const kernels::ProbeView probes{{probe_from_[0].data(), probe_from_[1].data(), probe_from_[2].data()},
                                   {probe_down_[0].data(), probe_down_[1].data(), probe_down_[2].data()}};
-  std::vector<std::uint8_t> open(points_.size());
-  for (std::size_t k = 0; k < points_.size(); ++k) open[k] = points_[k].snow();
-  for (std::size_t step = 0; step < std::size(kBelow); ++step) {
-    if (std::none_of(open.begin(), open.end(), [](std::uint8_t each) { return each != 0; })) return;
+  open_.clear(), ends_.clear();
+  for (std::size_t k = 0; k < points_.size(); ++k) {
+    if (points_[k].snow()) open_.push_back(static_cast<std::uint32_t>(k));
+  }
+  float done = 0;  // cells that the probes before stand for
+  for (std::size_t step = 0; step < std::size(kBelow) && !open_.empty(); ++step) {
     view_.field.probe_density(probes, kBelow[step] * cell, points_.size(), density_.data());
-    for (std::size_t k = 0; k < points_.size(); ++k) {
-      if (!open[k]) continue;
+    std::size_t left = 0;
+    for (const std::uint32_t k : open_) {
       Point& point = points_[k];
-      const std::size_t look = std::min<std::size_t>(point.object, view_.setup.snow.size() - 1);
-      if (!(density_[k] > kEnds * static_cast<float>(view_.setup.snow[look].density))) {
-        open[k] = 0;
+      if (!(density_[k] > least_density(point))) {
+        ends_.push_back({k, step > 0 ? kBelow[step - 1] : 0, kBelow[step], done});
         continue;
       }
       point.column += density_[k] * kStands[step] * cell;
-      open[k] = layers_.transport_depth(point.object, point.column) < kDeep;
+      if (layers_.transport_depth(point.object, point.column) < kDeep) open_[left++] = k;
     }
+    open_.resize(left);
+    done += kStands[step];
+  }
+  find_ends();
+}
+
+// kg/m^3: below, there is no snow any more.
+float PreviewTile::least_density(const Point& point) const {
+  const std::size_t look = std::min<std::size_t>(point.object, view_.setup.snow.size() - 1);
+  return kEnds * static_cast<float>(view_.setup.snow[look].density);
+}
+
+// Halves what lies between the last probe in a column and the first beyond it, and mends the column.
+void PreviewTile::find_ends() {
+  const float cell = view_.grid.view().cell;
+  const std::size_t count = ends_.size();
+  for (int round = 0; round < kHalvings && count > 0; ++round) {
+    for (std::size_t e = 0; e < count; ++e) {
+      const Point& point = points_[ends_[e].point];
+      const float middle = 0.5f * (ends_[e].within + ends_[e].beyond) * cell;
+      for (int a = 0; a < 3; ++a)
+        probe_from_[a][e] = point.p[a], probe_down_[a][e] = -middle * point.smooth[a];
+    }
+    const kernels::ProbeView probes{{probe_from_[0].data(), probe_from_[1].data(), probe_from_[2].data()},
+                                    {probe_down_[0].data(), probe_down_[1].data(), probe_down_[2].data()}};
+    view_.field.probe_density(probes, 1, count, density_.data());
+    for (std::size_t e = 0; e < count; ++e) {
+      End& end = ends_[e];
+      const float middle = 0.5f * (end.within + end.beyond);
+      (density_[e] > least_density(points_[end.point]) ? end.within : end.beyond) = middle;
+    }
+  }
+  for (const End& end : ends_) {
+    Point& point = points_[end.point];
+    if (!(end.counted > 0)) continue;  // thinner than the first probe is deep
+    point.column *= 0.5f * (end.within + end.beyond) / end.counted;
   }
 }
 

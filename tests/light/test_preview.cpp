@@ -92,6 +92,13 @@ TEST_CASE("light from all around falls on a plane as quadrature has it") {
   const ObjectSet none({}, {});
   const AmbientLight constant(LightSet(even, none)), gradient(LightSet(sky, none));
   const LightSet lights(sky, none);
+  // What order 2 leaves out is order 4, of which a cosine lobe keeps 1/24 of what it keeps of order 0.
+  Vec3 even_part = Vec3::Zero();  // irradiance by the mean radiance
+  constexpr int kRows = 1000;
+  for (int k = 0; k < kRows; ++k) {
+    const float y = 1 - 2 * (static_cast<float>(k) + 0.5f) / kRows;
+    even_part += lights.sky(Vec3f(std::sqrt(1 - y * y), y, 0)).cast<double>() * kPi / kRows;
+  }
   for (const Vec3f& n : {Vec3f(0, 1, 0), Vec3f(0, -1, 0), Vec3f(1, 0, 0), Vec3f(0.6f, 0.48f, -0.64f)}) {
     Vec3 sum = Vec3::Zero();
     constexpr int kSide = 200;
@@ -102,7 +109,7 @@ TEST_CASE("light from all around falls on a plane as quadrature has it") {
     }
     for (int c = 0; c < 3; ++c) {
       CHECK(constant.irradiance(n)[c] == Approx(kPi * static_cast<float>(c + 1)).epsilon(2e-3));
-      CHECK(gradient.irradiance(n)[c] == Approx(kPi * sum[c] / (kSide * kSide)).epsilon(0.03));
+      CHECK(std::fabs(gradient.irradiance(n)[c] - kPi * sum[c] / (kSide * kSide)) < 0.03 * even_part[c]);
     }
   }
 }
@@ -133,7 +140,8 @@ TEST_CASE("a sheet lit from behind lets through what diffusion does, in its colo
   const SnowLayer layer = snow_layer(setup.snow[0], setup.image.ice, depth);
   INFO(seen.transpose() << " and " << (layer.passed * 3 / kPi).transpose());
   for (int c = 0; c < 3; ++c) CHECK(seen[c] == Approx(layer.passed[c] * 3 / kPi).epsilon(0.25));
-  CHECK(seen.z() > 1.05f * seen.x());
+  CHECK(seen.z() / seen.x() == Approx(layer.passed.z() / layer.passed.x()).epsilon(0.02));
+  CHECK(layer.passed.z() > 1.03f * layer.passed.x());
 }
 
 TEST_CASE("a ball in sun and sky is about as bright as paths of light make it") {
