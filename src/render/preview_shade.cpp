@@ -124,14 +124,15 @@ void PreviewTile::prepare() {
   const auto spacing = static_cast<float>(view_.grid.spacing());
   for (Point& point : points_) {
     if (!point.snow()) continue;
+    const std::size_t look = std::min<std::size_t>(point.object, view_.setup.snow.size() - 1);
+    const auto density = static_cast<float>(view_.setup.snow[look].density);
+    point.column = std::max(point.column, density * spacing);  // a particle, however torn the snow
     point.layer = layers_.of(point.object, point.column);
     point.surface.albedo = point.layer.reflected;
     // A ball of diameter D passes |cos| / (1 + 3/4 D cos^2 / path): half of that at cos = soft / 2.
     const float depth = std::max(layers_.transport_depth(point.object, point.column), 1.f);
     point.soft = std::min(2 / std::sqrt(0.75f * depth), kSoftest);
     // As deep as light comes in, so that what it softens is not in the snow's own shadow.
-    const std::size_t look = std::min<std::size_t>(point.object, view_.setup.snow.size() - 1);
-    const auto density = static_cast<float>(view_.setup.snow[look].density);
     point.lift =
         std::min(spacing + 4.f / 3 * layers_.transport_path(point.object, density), kMostLift * spacing);
   }
