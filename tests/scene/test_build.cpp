@@ -42,7 +42,7 @@ TEST_CASE("the preview is refused with what it cannot show") {
         Integrator::preview);
   CHECK_REFUSES(read(kBall + preview + "reference = true\n"), "scene.toml:7:1: 'reference' asks for nothing");
   CHECK_REFUSES(read(kBall + preview + "[[medium]]\nshape = \"ball\"\nradius = 1\ncenter = [0, 0, 0]\n"),
-                "scene.toml:6:14: 'preview' does not see a [[medium]]");
+                "scene.toml:6:1: 'preview' does not see a [[medium]]");
 }
 
 TEST_CASE("a rotation turns about x, then y, then z") {
