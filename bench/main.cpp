@@ -11,6 +11,7 @@
 
 #include "bench/kernels.h"
 #include "bench/medium.h"
+#include "bench/preview.h"
 #include "bench/resting.h"
 #include "bench/sim.h"
 #include "bench/trace.h"
@@ -42,7 +43,10 @@ constexpr const char* kUsage =
     "  the cpu clock counts what the processors are busy, divided by the threads: for a machine that is "
     "shared\n"
     "usage: firn-bench medium [--particles N] [--isa I] [--json FILE]\n"
-    "  flights of light through a ball of snow from collision to collision, on one thread\n";
+    "  flights of light through a ball of snow from collision to collision, on one thread\n"
+    "usage: firn-bench preview [--particles N] [--shape ball|slab] [--threads T] [--isa I] [--repeats R]\n"
+    "                          [--clock wall|cpu] [--json FILE]\n"
+    "  a frame of the preview, 960 x 540 pixels, and each of its stages; the best of R frames\n";
 
 double positive(const std::string& option, const char* text) {
   char* end = nullptr;
@@ -147,6 +151,21 @@ int medium(int argc, char** argv) {
   return 0;
 }
 
+int preview(int argc, char** argv) {
+  firn::bench::PreviewOptions o;
+  Options options;
+  options.takes = {{"--particles", number("--particles", o.particles)},
+                   {"--shape", word(o.shape)},
+                   {"--threads", number("--threads", o.threads)},
+                   {"--isa", word(o.isa)},
+                   {"--repeats", number("--repeats", o.repeats)},
+                   {"--clock", word(o.clock)},
+                   {"--json", word(o.json)}};
+  options.read(argc, argv);
+  firn::bench::run_preview(o);
+  return 0;
+}
+
 int trace(int argc, char** argv) {
   firn::bench::TraceOptions o;
   Options options;
@@ -170,8 +189,9 @@ int main(int argc, char** argv) {
     std::fputs(kUsage, stdout);
     return 0;
   }
-  const std::map<std::string, int (*)(int, char**)> commands = {
-      {"sim", sim}, {"kernels", kernels}, {"resting", resting}, {"trace", trace}, {"medium", medium}};
+  const std::map<std::string, int (*)(int, char**)> commands = {{"sim", sim},         {"kernels", kernels},
+                                                                {"resting", resting}, {"trace", trace},
+                                                                {"medium", medium},   {"preview", preview}};
   const auto command = commands.find(argc < 2 ? "" : argv[1]);
   if (command == commands.end()) {
     std::fputs(kUsage, stderr);

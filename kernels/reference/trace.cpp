@@ -41,4 +41,32 @@ void occluded(const TraceGrid& grid, std::size_t count, const RayView& rays, std
   }
 }
 
+double probe(const TraceGrid& grid, const float* field, const double p[3]) {
+  int cell[3];
+  double part[3];
+  for (int a = 0; a < 3; ++a) {
+    const double at = p[a] / grid.cell;
+    if (!(at >= 0 && at < grid.cells[a])) return 0;
+    cell[a] = static_cast<int>(at);
+    part[a] = at - cell[a];
+  }
+  const std::size_t brick =
+      (static_cast<std::size_t>(cell[0] / kBrickCells) * grid.bricks[1] + cell[1] / kBrickCells) *
+          grid.bricks[2] +
+      cell[2] / kBrickCells;
+  if (grid.slot[brick] < 0) return 0;
+  double sum = 0;
+  for (int k = 0; k < 8; ++k) {
+    const int step[3] = {k >> 2, k >> 1 & 1, k & 1};
+    double weight = 1;
+    int corner = 0;
+    for (int a = 0; a < 3; ++a) {
+      weight *= step[a] ? part[a] : 1 - part[a];
+      corner = corner * kCornerSide + cell[a] % kBrickCells + step[a];
+    }
+    sum += weight * field[static_cast<std::size_t>(grid.slot[brick]) * kBrickCorners + corner];
+  }
+  return sum;
+}
+
 }  // namespace firn::kernels::reference

@@ -31,4 +31,7 @@ void occluded(const TraceGrid& grid, std::size_t count, const RayView& rays, std
 double optical_depth(const TraceGrid& grid, const MediumField& field, std::size_t count, const double o[3],
                      const double d[3], double from, double to);
 
+// As TraceKernels::probe, at one point: the sum over the eight corners of its cell.
+double probe(const TraceGrid& grid, const float* field, const double p[3]);
+
 }  // namespace firn::kernels::reference

@@ -20,9 +20,12 @@ void collide(const TraceGrid&, const MediumField&, const RayView&, const std::ui
 void wander(const TraceGrid&, const MediumField&, const WalkView&, const std::uint64_t*, const float*,
             std::size_t, std::size_t);  // medium.cpp
 
+void probe(const TraceGrid&, const float*, const ProbeView&, float, std::size_t, std::size_t,
+           float*);  // probe.cpp
+
 TraceKernels trace_kernels() {
   return {extent, cell_codes,      closest,          closest_coherent, occluded, occluded_coherent,
-          splat,  surface_closest, surface_occluded, collide,          wander};
+          splat,  surface_closest, surface_occluded, collide,          wander,   probe};
 }
 
 }  // namespace firn::kernels::FIRN_ISA

@@ -126,6 +126,12 @@ struct Extent {
   bool finite;      // every value, and their sum
 };
 
+// Columns of points and directions (unit or 0): a probe goes some way from its point.
+struct ProbeView {
+  const float* origin[3];
+  const float* direction[3];
+};
+
 struct TraceKernels {
   // Of column[begin, end).
   Extent (*extent)(const float* column, std::size_t begin, std::size_t end) = nullptr;
@@ -162,6 +168,10 @@ struct TraceKernels {
   // flight, or the ray passes.
   void (*wander)(const TraceGrid&, const MediumField&, const WalkView&, const std::uint64_t* key,
                  const float* share, std::size_t begin, std::size_t end) = nullptr;
+  // A field on corners (kBrickCorners per occupied brick), trilinear, at origin + distance * direction (m) of
+  // each probe in [begin, end); 0 outside the cells.
+  void (*probe)(const TraceGrid&, const float* field, const ProbeView&, float distance, std::size_t begin,
+                std::size_t end, float* value) = nullptr;
 };
 
 }  // namespace firn::kernels

@@ -89,6 +89,11 @@ CameraRay CameraRays::ray(int x, int y, Sample2 film, Sample2 lens) const {
   return {start.cast<float>(), (eye_ + focus_ * through - start).normalized().cast<float>()};
 }
 
+CameraRay CameraRays::middle_ray(int x, int y) const {
+  const Vec3 through = forward_ + pixel_ * ((x + 0.5 - center_x_) * right_ + (y + 0.5 - center_y_) * down_);
+  return {eye_.cast<float>(), through.normalized().cast<float>()};
+}
+
 bool CameraRays::see(const Vec3f& p, Sample2 lens, CameraSight& out) const {
   const Vec3 start = lens_point(lens), away = p.cast<double>() - start;
   const double depth = away.dot(forward_);

@@ -35,6 +35,9 @@ class CameraRays {
   // Through pixel (x, y), displaced within the pixel filter by `film`, from a point of the lens.
   CameraRay ray(int x, int y, Sample2 film, Sample2 lens) const;
 
+  // Through the middle of a pixel, from the middle of the lens.
+  CameraRay middle_ray(int x, int y) const;
+
   // The sight of the camera's lens from p (render space). False if p is not in the picture: behind the
   // camera, or farther off the film than the pixel filter reaches.
   bool see(const Vec3f& p, Sample2 lens, CameraSight& out) const;

@@ -17,6 +17,14 @@ void Flights::find_surface(RayStream& rays, bool first) const {
   }
 }
 
+void Flights::find_shadow(RayStream& rays) const {
+  if (world_.image.snow == SnowShape::smooth) {
+    world_.kernels.surface_occluded(world_.field.view(), world_.field.surface(), rays.view(), 0, rays.size());
+  } else {
+    world_.kernels.occluded(world_.grid.view(), rays.view(), 0, rays.size());
+  }
+}
+
 void Flights::fly(RayStream& rays, const RayMarks& marks, bool first, std::vector<Arrival>& arrivals) {
   const std::size_t count = rays.size();
   arrivals.resize(count);
@@ -71,14 +79,11 @@ void Flights::fly(RayStream& rays, const RayMarks& marks, bool first, std::vecto
 void Flights::pass(RayStream& rays, const RayMarks& marks, std::vector<Vec3f>& through) {
   const std::size_t count = rays.size();
   through.assign(count, Vec3f::Zero());
-  const kernels::TraceKernels& kernels = world_.kernels;
   if (inside_) {
-    kernels.collide(world_.field.view(), world_.snow, rays.view(), marks.key.data(), marks.share.data(), 0,
-                    count);
-  } else if (world_.image.snow == SnowShape::smooth) {
-    kernels.surface_occluded(world_.field.view(), world_.field.surface(), rays.view(), 0, count);
+    world_.kernels.collide(world_.field.view(), world_.snow, rays.view(), marks.key.data(),
+                           marks.share.data(), 0, count);
   } else {
-    kernels.occluded(world_.grid.view(), rays.view(), 0, count);
+    find_shadow(rays);
   }
   for (std::size_t i = 0; i < count; ++i) {
     if (rays.hit(i) != kernels::kNoHit) continue;

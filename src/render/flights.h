@@ -67,6 +67,9 @@ class Flights {
   // The snow's surface before the rays' reach, as rays.hit and t.
   void find_surface(RayStream& rays, bool first) const;
 
+  // Whether it lies there: rays.hit is 0 or kNoHit.
+  void find_shadow(RayStream& rays) const;
+
   // What comes through of each ray up to its reach: 0 or 1 by objects and the snow (there by chance: on
   // average it is the transmittance), times that of other media.
   void pass(RayStream& rays, const RayMarks& marks, std::vector<Vec3f>& through);

@@ -93,7 +93,7 @@ bool LightSet::sample(const Vec3f& p, float choice, Sample2 at, LightSample& out
   if (!(distant_strength_ > 0)) return false;
   out.direction = distant_direction(left, at);
   out.distance = kInfinity;
-  out.radiance = distant_radiance(out.direction);
+  out.radiance = background(out.direction);
   const float density = distant_density(out.direction);
   out.pdf = density / total;
   out.pdf_emit = crosses_disc(p, out.direction) ? density / total_power_ : 0;
@@ -107,6 +107,17 @@ bool LightSet::sample_lamp(int lamp, float chance, const Vec3f& p, Sample2 at, L
   const LightHit hit = lamp_hit(lamp, sight.cosine);
   out = {sight.direction, sight.distance, hit.radiance, chance * sight.pdf, hit.pdf_emit, sight.cosine};
   return true;
+}
+
+bool LightSet::middle(int beacon, const Vec3f& p, LightSample& out) const {
+  if (beacon >= distant()) {
+    const Sun& sun = suns_[beacon - distant()];
+    out = {sun.direction, kInfinity, sun.radiance, 1 / (2 * kPi * sun.spread), 0, 1};
+    return true;
+  }
+  // A ball's cone is sampled from its axis on, all others from a corner.
+  const bool ball = std::holds_alternative<BallLamp>(lamps_[beacon]);
+  return sample_lamp(beacon, 1, p, ball ? Sample2{0, 0} : Sample2{0.5f, 0.5f}, out);
 }
 
 // Light leaves a lamp with density cosine / pi.
@@ -146,7 +157,7 @@ bool LightSet::emit(float choice, Sample2 place, Sample2 direction, Emission& ou
   const Disc disc = on_circle(radius_ * std::sqrt(place.u), place.v);
   out.origin = center_ + around(towards, disc.x, disc.y, radius_);
   out.direction = -towards;
-  out.radiance = distant_radiance(towards);
+  out.radiance = background(towards);
   out.pdf_emit = density / total_power_;
   out.pdf_start = out.pdf_emit * kPi * radius_ * radius_;
   out.cosine = 1;
@@ -190,7 +201,7 @@ bool LightSet::object_hit(int object, const Vec3f& d, const ObjectHit& met, Ligh
 
 LightHit LightSet::escape(const Vec3f& o, const Vec3f& d) const {
   const bool reached = total_power_ > 0 && crosses_disc(o, d);
-  return {distant(), distant_radiance(d), reached ? distant_density(d) / total_power_ : 0, 1};
+  return {distant(), background(d), reached ? distant_density(d) / total_power_ : 0, 1};
 }
 
 bool LightSet::crosses_disc(const Vec3f& o, const Vec3f& d) const {
@@ -198,7 +209,7 @@ bool LightSet::crosses_disc(const Vec3f& o, const Vec3f& d) const {
   return (to - to.dot(d) * d).squaredNorm() <= radius_ * radius_;
 }
 
-Vec3f LightSet::distant_radiance(const Vec3f& d) const {
+Vec3f LightSet::background(const Vec3f& d) const {
   Vec3f sum = sky_.radiance(d);
   for (const Sun& sun : suns_) {
     if (within(d, sun.direction, sun.spread)) sum += sun.radiance;

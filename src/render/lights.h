@@ -63,6 +63,12 @@ class LightSet {
   // there.
   bool sample(const Vec3f& p, float choice, Sample2 at, LightSample& out) const;
 
+  // For who wants light without noise: lamps and suns by number, each by its middle. middle() is what
+  // sample() would be if the light were alone and its middle stood for all of it, so radiance / pdf is what
+  // it sends to a plane that faces it; 1 / pdf is the solid angle that it fills.
+  int beacons() const { return static_cast<int>(lamps_.size() + suns_.size()); }
+  bool middle(int beacon, const Vec3f& p, LightSample& out) const;
+
   // The density with which sample() takes the direction of a ray from `p` that came upon a light.
   float pdf(const Vec3f& p, const Vec3f& direction, float distance, const LightHit& hit) const;
 
@@ -81,6 +87,8 @@ class LightSet {
   // What a ray that leaves the scene brings. Its pdf_emit is 0 if its line misses the disc.
   LightHit escape(const Vec3f& o, const Vec3f& d) const;
 
+  // Its radiance alone.
+  Vec3f background(const Vec3f& d) const;
   // The same without suns.
   Vec3f sky(const Vec3f& d) const { return sky_.radiance(d); }
 
@@ -98,7 +106,6 @@ class LightSet {
   LightHit lamp_hit(int lamp, float cosine) const;
   bool sample_lamp(int lamp, float chance, const Vec3f& p, Sample2 at, LightSample& out) const;
   void emit_lamp(int lamp, Sample2 place, Sample2 direction, Emission& out) const;
-  Vec3f distant_radiance(const Vec3f& d) const;
   float distant_density(const Vec3f& d) const;  // not normalised: its integral is distant_strength_
   bool crosses_disc(const Vec3f& o, const Vec3f& d) const;
   Vec3f distant_direction(float left, Sample2 at) const;  // left: in [0, distant_strength_)

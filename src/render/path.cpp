@@ -29,6 +29,7 @@ Ways ways_of(const ImageSettings& image) {
   const int light = std::min(image.light_bounces + 1, kMostLightVertices);
   switch (image.integrator) {
     case Integrator::path:
+    case Integrator::preview:
       return {1, eye, true, false};
     case Integrator::light:
       return {light, eye, false, true};

@@ -302,6 +302,15 @@ void RenderGrid::build(const Snapshot& snapshot, const std::vector<SnowLook>& lo
   list_strays();
 }
 
+Vec3f RenderGrid::middle() const {
+  const std::size_t step = size() / 1024 + 1;
+  Vec3 sum = Vec3::Zero();
+  double count = 0;
+  for (std::size_t s = step / 2; s < size(); s += step, ++count)
+    sum += center(static_cast<std::uint32_t>(s)).cast<double>();
+  return count > 0 ? Vec3f((sum / count).cast<float>()) : Vec3f(Vec3f::Zero());
+}
+
 std::size_t RenderGrid::bytes() const {
   const auto of = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
   return of(slot_) + of(brick_of_slot_) + of(cell_start_) + of(list_) + of(order_) + of(x_[0]) + of(x_[1]) +

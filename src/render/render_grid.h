@@ -59,6 +59,7 @@ class RenderGrid {
   std::size_t size() const { return order_.size(); }
   Vec3 origin() const { return layout_.origin; }      // m, world place of the render space's 0
   double spacing() const { return layout_.spacing; }  // m, mean particle spacing
+  Vec3f middle() const;  // m, render space: the mean place of particles, of about a thousand of them
   const std::vector<std::uint32_t>& brick_of_slot() const { return brick_of_slot_; }  // occupied bricks
   std::size_t bytes() const;
 

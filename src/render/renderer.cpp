@@ -3,14 +3,17 @@
 
 #include <algorithm>
 #include <chrono>
+#include <mutex>
 #include <utility>
 
 #include "kernels/table.h"
+#include "src/core/error.h"
 #include "src/core/parallel.h"
 #include "src/render/adaptive.h"
 #include "src/render/denoise.h"
 #include "src/render/ice.h"
 #include "src/render/path.h"
+#include "src/render/preview.h"
 #include "src/render/relief.h"
 
 namespace firn {
@@ -45,19 +48,30 @@ struct Renderer::State {
         grid(table.trace),
         snow(table.trace),
         tint(setup.image.ice),
-        grains(setup.snow, setup.image.ice) {}
+        grains(setup.snow, setup.image.ice),
+        layers(setup.snow, setup.image.ice),
+        ambient(lights) {
+    if (preview() && !setup.media.empty()) {
+      throw Error(ExitCode::usage, "image",
+                  "integrator 'preview' does not see media: take 'path' or 'bidirectional'");
+    }
+  }
+
+  bool preview() const { return setup.image.integrator == Integrator::preview; }
 
   void build(const Snapshot& snapshot, RenderStats& stats) {
     const auto start = Clock::now();
     grid.build(snapshot, setup.snow, true);
+    const auto sorted = Clock::now();
     snow.build(grid, snapshot, setup.snow, setup.image.snow);
+    stats.field_seconds += seconds_since(sorted);
     objects.place(grid.origin(), snapshot.time);
     media.place(grid.origin());
     camera.place(grid.origin(), snapshot.time);
     const Bounds bounds = lit_bounds(snapshot.time);
     lights.place(grid.origin(), bounds.center() - grid.origin(),
                  static_cast<float>(0.5 * bounds.size().norm()));
-    scattering = snow.medium(optics());
+    if (setup.image.snow_light == SnowLight::inside && !preview()) scattering = snow.medium(optics());
     stats.build_seconds += seconds_since(start);
     stats.grid_bytes = std::max(stats.grid_bytes, grid.bytes() + snow.bytes());
   }
@@ -96,31 +110,59 @@ struct Renderer::State {
     return bounds;
   }
 
-  // Adds a range of samples of the world as it was built last.
-  void trace(const Snapshot& snapshot, const SampleRange& range, RenderStats& stats,
-             const std::atomic<bool>& stop) {
+  // Calls body(view, tile) for all tiles of the film; each task has a TileWork of its own.
+  template <class Body>
+  void for_each_tile(const Snapshot& snapshot, int side, RenderStats& stats, Body&& body) {
     const auto start = Clock::now();
-    const World world{kernels,    objects,     lights,
-                      media,      grid,        snow,
-                      scattering, setup.image, similarity_of(setup.image) == Similarity::by_collisions};
+    const World world = this->world();
     const Sparkle sparkle(grid, snapshot, setup.snow);
     const View view{world, camera, grid, snow, snapshot, setup, tint, grains, sparkle};
     const int width = film.width(), height = film.height();
-    const int across = (width + kTile - 1) / kTile, down = (height + kTile - 1) / kTile;
+    const int across = (width + side - 1) / side, down = (height + side - 1) / side;
     std::atomic<std::uint64_t> count{0};
     parallel_for(static_cast<std::size_t>(across) * down, 1, [&](std::size_t index) {
-      const int x = static_cast<int>(index % across) * kTile, y = static_cast<int>(index / across) * kTile;
-      const Tile tile{x, y, std::min(x + kTile, width), std::min(y + kTile, height)};
-      if (!wanted.any(tile)) return;
-      TilePaths paths(view);
-      for (std::uint32_t first = range.first; first < range.last; first += kSamplesAtOnce) {
-        if (stop.load(std::memory_order_relaxed)) return;
-        const std::uint32_t last = std::min(first + kSamplesAtOnce, range.last);
-        count.fetch_add(paths.trace(tile, first, last, wanted, film), std::memory_order_relaxed);
-      }
+      const int x = static_cast<int>(index % across) * side, y = static_cast<int>(index / across) * side;
+      const Tile tile{x, y, std::min(x + side, width), std::min(y + side, height)};
+      count.fetch_add(body(view, tile), std::memory_order_relaxed);
     });
     stats.rays += count.load();
     stats.trace_seconds += seconds_since(start);
+  }
+
+  World world() const {
+    return {kernels,    objects,     lights,
+            media,      grid,        snow,
+            scattering, setup.image, similarity_of(setup.image) == Similarity::by_collisions};
+  }
+
+  // Adds a range of samples of the world as it was built last.
+  void trace(const Snapshot& snapshot, const SampleRange& range, RenderStats& stats,
+             const std::atomic<bool>& stop) {
+    for_each_tile(snapshot, kTile, stats, [&](const View& view, const Tile& tile) -> std::uint64_t {
+      if (!wanted.any(tile)) return 0;
+      TilePaths paths(view);
+      std::uint64_t rays = 0;
+      for (std::uint32_t first = range.first; first < range.last; first += kSamplesAtOnce) {
+        if (stop.load(std::memory_order_relaxed)) break;
+        rays += paths.trace(tile, first, std::min(first + kSamplesAtOnce, range.last), wanted, film);
+      }
+      return rays;
+    });
+  }
+
+  // False if stopped. The world is as it was built last.
+  bool trace_preview(const Snapshot& snapshot, RenderStats& stats, const std::atomic<bool>& stop) {
+    film.begin(setup.image.width, setup.image.height, camera.filter(), content());
+    std::mutex adding;
+    for_each_tile(snapshot, kTile, stats, [&](const View& view, const Tile& tile) -> std::uint64_t {
+      if (stop.load(std::memory_order_relaxed)) return 0;
+      PreviewTimes times;
+      const std::uint64_t rays = PreviewTile(view, ambient, layers).trace(tile, film, times);
+      const std::lock_guard lock(adding);
+      stats.preview.add(times);
+      return rays;
+    });
+    return !stop.load();
   }
 
   // Moments at which a frame is seen: one without a shutter, else the middles of even parts of the time that
@@ -147,6 +189,11 @@ struct Renderer::State {
   // False if stopped. Every moment has its share of each round, so that all of them weigh alike in every
   // pixel, whenever it is done.
   bool expose(const Snapshot& snapshot, RenderStats& stats, const std::atomic<bool>& stop) {
+    if (preview()) {
+      build(snapshot, stats);
+      ambient.look_around(world(), grid.middle());
+      return trace_preview(snapshot, stats, stop);
+    }
     const auto samples = static_cast<std::uint32_t>(setup.image.samples);
     const std::uint32_t parts = moments();
     film.begin(setup.image.width, setup.image.height, camera.filter(), content());
@@ -170,7 +217,7 @@ struct Renderer::State {
     };
     FilmContent content;
     content.guides = asked(Layer::albedo) || asked(Layer::normal) || asked(Layer::depth);
-    content.denoise = setup.denoise;
+    content.denoise = setup.denoise && !preview();
     content.sparkle = asked(Layer::sparkle);
     content.subsurface = asked(Layer::subsurface);
     content.splats = ways_of(setup.image).to_camera;
@@ -188,6 +235,8 @@ struct Renderer::State {
   kernels::MediumField scattering;
   IceTint tint;
   SnowGrains grains;
+  SnowLayers layers;
+  AmbientLight ambient;
   Film film;
   PixelSet wanted;
   Snapshot moved;
@@ -208,7 +257,19 @@ bool Renderer::render(const Snapshot& given, Picture& picture, RenderStats& stat
   stats.mean_samples =
       static_cast<double>(film.samples()) / (static_cast<double>(film.width()) * film.height());
   picture = film.picture(state_->setup.layers);
-  if (finished && state_->setup.denoise) picture.rgb = denoised(film);
+  if (finished && state_->content().denoise) picture.rgb = denoised(film);
+  return finished;
+}
+
+bool Renderer::look_again(const Snapshot& snapshot, const Camera& from, Picture& picture, RenderStats& stats,
+                          const std::atomic<bool>& stop) {
+  stats = {};
+  stats.mean_samples = 1;
+  state_->setup.camera = from;
+  state_->camera = CameraRays(from, state_->setup.image);
+  state_->camera.place(state_->grid.origin(), snapshot.time);
+  const bool finished = state_->trace_preview(snapshot, stats, stop);
+  picture = state_->film.picture(state_->setup.layers);
   return finished;
 }
 

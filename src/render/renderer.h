@@ -8,6 +8,7 @@
 
 #include "src/particles/snapshot.h"
 #include "src/render/picture.h"
+#include "src/render/preview_times.h"
 #include "src/render/setup.h"
 
 namespace firn::kernels {
@@ -17,8 +18,10 @@ struct KernelTable;
 namespace firn {
 
 struct RenderStats {
-  double build_seconds = 0;  // render grid
+  double build_seconds = 0;  // render grid and fields
+  double field_seconds = 0;  // the latter
   double trace_seconds = 0;
+  PreviewTimes preview;
   double mean_samples = 0;  // a pixel
   std::uint64_t rays = 0;   // primary + shadow + bounce
   std::size_t grid_bytes = 0;
@@ -35,6 +38,11 @@ class Renderer {
   // snapshot, setup and frame number give the same bits for any thread count. An unstable Error if a position
   // is not finite.
   bool render(const Snapshot& snapshot, Picture& picture, RenderStats& stats, const std::atomic<bool>& stop);
+
+  // The same snow as render() was last given, which must still be there, from another camera: only for the
+  // preview, and without the time that the grid takes.
+  bool look_again(const Snapshot& snapshot, const Camera& camera, Picture& picture, RenderStats& stats,
+                  const std::atomic<bool>& stop);
 
  private:
   struct State;

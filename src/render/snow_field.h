@@ -25,6 +25,10 @@ inline int corner_index(int x, int y, int z) {
 // Where a scattering of mean cosine g in an extinction sigma is taken for an isotropic one in sigma (1 - g):
 // nowhere; in deep cells; or after a path's first collision in thick snow, whichever cells come then.
 enum class Similarity { never, by_depth, by_collisions };
+// In a tile of corners, from -1 on.
+inline int field_tile_index(int x, int y, int z) {
+  return ((x + 1) * kernels::kFieldTileSide + y + 1) * kernels::kFieldTileRow + z + 1;
+}
 
 struct SnowOptics {
   float g = 0.89f;  // mean cosine of a scattering
@@ -63,6 +67,11 @@ class SnowField {
   // The particle (sorted index) whose centre is nearest among the cells around p.
   std::uint32_t particle_near(const Vec3f& p) const;
 
+  // kg/m^3, at each of many points (TraceKernels::probe).
+  void probe_density(const kernels::ProbeView& probes, float distance, std::size_t count,
+                     float* density) const {
+    kernels_.probe(grid_->view(), density_.data(), probes, distance, 0, count, density);
+  }
   // kg/m^3; 0 outside the cells.
   float density(const Vec3f& p) const;
   float fill(const Vec3f& p) const;
@@ -75,6 +84,7 @@ class SnowField {
   std::size_t bytes() const;
 
  private:
+  static constexpr std::uint32_t kNone = 0xffffffffu;
   struct Place {  // in a cell of an occupied brick
     std::size_t slot;
     int cell[3];  // in the brick
@@ -85,12 +95,18 @@ class SnowField {
   void splat(const std::vector<float>& amount, std::vector<float>& corners);
   void splat_bricks(const std::vector<float>& amount);
   void gather_corners(std::vector<float>& corners, bool add) const;
-  void add_company(const std::vector<float>& volume);
-  std::vector<float> loose_radii(const Snapshot& snapshot) const;
+  void weigh(const Snapshot& snapshot, const std::vector<SnowLook>& looks);
+  void close_surface(RenderGrid& grid, const Snapshot& snapshot);
+  void add_company();
+  void find_loose(const Snapshot& snapshot);
+  float least_fill(std::size_t slot) const;
+  void fill_at_particles(std::size_t slot);
   void find_kinds();
   void close_bricks();
   void measure_gradients();
+  void fill_around(std::size_t slot, float* tile) const;
   std::size_t around(std::size_t slot, int k) const;
+  void all_around(std::size_t slot, std::size_t slots[27]) const;
   void measure_strays(const Snapshot& snapshot, const std::vector<SnowLook>& looks);
   std::vector<std::uint64_t> find_deep(const std::vector<std::array<std::size_t, 6>>& beside,
                                        const std::vector<float>& density, float depth_of_density) const;
@@ -110,6 +126,12 @@ class SnowField {
   std::vector<float> gradient_;             // 1/m, per brick that the surface crosses 3 x kBrickCorners
   std::vector<float> tile_;                 // per brick that holds particles kFieldTile
   std::vector<std::uint32_t> tile_at_;      // per occupied brick: its place in tile_, or kNone
+  // Of the building alone, by sorted index; kept, since fresh memory costs more than filling it.
+  std::vector<float> volume_, mass_;  // m^3 and kg, over those of a cell
+  std::vector<float> radii_;          // m, of balls beside the surface; -1: the surface covers it
+  std::vector<float> counts_, more_;  // for how many each counts in the fill; what a round adds
+  std::vector<float> here_;           // fill
+  std::vector<std::uint8_t> splats_;  // per occupied brick: whether its particles add anything
   // The medium. Where objects differ in their extinction, that itself is a field.
   std::vector<float> sigma_;             // 1/m, as density_; or none
   float extinction_ = 0;                 // m^2/kg, of the density; 1 for sigma_

@@ -2,11 +2,11 @@
 // What a collision in the snow does to light, worked out once for each snow object from its SnowLook.
 #pragma once
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "src/core/portable_math.h"
 #include "src/render/setup.h"
+#include "src/render/snow_layer.h"
 
 namespace firn {
 
@@ -43,16 +43,11 @@ inline SnowGrain snow_grain(const SnowLook& look, bool deep) {
   return grain;
 }
 
-// Reflectance of a deep layer of snow under light from all sides, in red, green and blue light of 610, 545
-// and 460 nm: exp(-4 sqrt(co-albedo / (3 (1 - g)))), Kokhanovsky and Zege 2004 (Applied Optics 43, 1589).
+// Reflectance of a layer without end: exp(-y) (snow_layer.h).
 inline Vec3f layer_reflectance(const SnowLook& look, IceSource ice) {
-  const double wavelength[3] = {610, 545, 460};
+  const Vec3 y = layer_exponent(look, ice);
   Vec3f reflectance;
-  for (int c = 0; c < 3; ++c) {
-    const double lost = ice_absorption(ice, wavelength[c]) * look.ice_per_collision;
-    const double exponent = 4 * std::sqrt(lost / (3 * (1 - look.anisotropy)));
-    reflectance[c] = static_cast<float>(portable_exp(-exponent)) * look.albedo[c];
-  }
+  for (int c = 0; c < 3; ++c) reflectance[c] = static_cast<float>(portable_exp(-y[c])) * look.albedo[c];
   return reflectance;
 }
 

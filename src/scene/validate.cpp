@@ -61,6 +61,17 @@ struct Checker {
     }
   }
 
+  void preview() const {
+    if (scene.image.integrator != Integrator::preview) return;
+    if (!scene.media.empty())
+      refuse("image", "integrator",
+             "'preview' does not see a [[medium]]: take \"path\" or \"bidirectional\"");
+    if (scene.image.reference)
+      refuse("image", "reference",
+             "'reference' asks for nothing but the equations, integrator = \"preview\" for estimates: take "
+             "\"path\"");
+  }
+
   void simulation() const {
     const SimulationConfig& s = scene.simulation;
     if (s.dx && s.particles_across) {
@@ -208,6 +219,7 @@ struct Checker {
     word("", scene.name);
     camera();
     output();
+    preview();
     simulation();
     if (scene.snow.empty()) refuse("", "", "empty snow: the scene has no [[snow]]");
     names("snow", scene.snow);

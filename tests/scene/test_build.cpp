@@ -36,6 +36,15 @@ TEST_CASE("a plane is solid against its normal, and a level one keeps the world'
   CHECK(plane_shape(Vec3::Zero(), Vec3(3, 0, 0)).pose.rotation.determinant() == Approx(1));
 }
 
+TEST_CASE("the preview is refused with what it cannot show") {
+  const std::string preview = "[image]\nintegrator = \"preview\"\n";
+  CHECK(build_render(read(kBall + preview + "snow_light = \"inside\"\n")).image.integrator ==
+        Integrator::preview);
+  CHECK_REFUSES(read(kBall + preview + "reference = true\n"), "scene.toml:7:1: 'reference' asks for nothing");
+  CHECK_REFUSES(read(kBall + preview + "[[medium]]\nshape = \"ball\"\nradius = 1\ncenter = [0, 0, 0]\n"),
+                "scene.toml:6:1: 'preview' does not see a [[medium]]");
+}
+
 TEST_CASE("a rotation turns about x, then y, then z") {
   CHECK((rotation_matrix(Vec3(90, 0, 0)) * Vec3(0, 1, 0) - Vec3(0, 0, 1)).norm() < 1e-12);
   CHECK((rotation_matrix(Vec3(90, 90, 0)) * Vec3(0, 1, 0) - Vec3(1, 0, 0)).norm() < 1e-12);

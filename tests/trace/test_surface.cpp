@@ -159,6 +159,38 @@ TEST_CASE("no density in a cell is above its majorant, and snow of two densities
   }
 }
 
+TEST_CASE("probes find the field that the eight corners of their cells make, and nothing outside") {
+  const Scene scene(cloud(900, 12, 1.5));
+  constexpr std::size_t kProbes = 1003;
+  constexpr float kAway = 1.7f;
+  const kernels::TraceGrid& grid = scene.grid.view();
+  std::vector<float> corners(scene.grid.brick_of_slot().size() * kernels::kBrickCorners);
+  for (std::size_t c = 0; c < corners.size(); ++c) corners[c] = uniform_float(hash_keys(3, c));
+  std::vector<float> from[3], along[3], value(kProbes);
+  for (std::uint64_t a = 0; a < 3; ++a) {
+    for (std::uint64_t i = 0; i < kProbes; ++i) {
+      const float size = grid.cell * static_cast<float>(grid.cells[a]);
+      from[a].push_back(size * (1.2f * uniform_float(hash_keys(4, a, i)) - 0.1f));
+      along[a].push_back(uniform_float(hash_keys(5, a, i)) - 0.5f);
+    }
+  }
+  const kernels::ProbeView probes{{from[0].data(), from[1].data(), from[2].data()},
+                                  {along[0].data(), along[1].data(), along[2].data()}};
+  for (const auto* table : supported_kernels()) {
+    table->trace.probe(grid, corners.data(), probes, kAway, 0, kProbes, value.data());
+    std::size_t within = 0;
+    for (std::size_t i = 0; i < kProbes; ++i) {
+      double p[3];
+      for (int a = 0; a < 3; ++a) p[a] = static_cast<double>(std::fma(kAway, along[a][i], from[a][i]));
+      const double expected = kernels::reference::probe(grid, corners.data(), p);
+      within += expected > 0;
+      INFO(table->isa << " probe " << i);
+      REQUIRE(value[i] == Approx(expected).margin(2e-4));
+    }
+    CHECK(within > kProbes / 4);
+  }
+}
+
 TEST_CASE("rays meet the surface where a fine march does, and shadow rays are blocked by it") {
   Snapshot snapshot = cloud(900, 12, 1.5);
   add_particle(snapshot, Vec3(9, 8, 7), 1);  // a lone one

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: MIT
+// The preview's light: how much snow lies about each point, and what that makes of the lights.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "src/render/directions.h"
+#include "src/render/preview.h"
+
+namespace firn {
+namespace {
+
+// Cells below a point at which its column is probed, and how much of it each probe stands for.
+constexpr float kBelow[] = {0.7f, 2.1f, 4.2f, 8.4f, 16.8f, 33.6f};
+constexpr float kStands[] = {1.4f, 1.4f, 2.8f, 5.6f, 11.2f, 22.4f};
+constexpr int kHalvings = 2;
+constexpr float kEnds = 0.2f;  // of the density as placed: there is no snow any more
+constexpr float kDeep = 300;   // transport depths: below them nothing changes (T < 0.5 %)
+// Cells before a point, and how much of the sky snow there would hide.
+constexpr float kBefore[] = {2, 4, 8};
+constexpr float kHides[] = {0.3f, 0.25f, 0.2f};
+constexpr float kSoftest = 0.5f, kMostLift = 3;  // cosine; spacings
+constexpr float kFaintest = 1e-3f;               // of light that passes a layer
+
+// max(cosine, 0), but round between -soft and soft.
+float ramp(float cosine, float soft) {
+  if (cosine >= soft) return cosine;
+  return cosine <= -soft ? 0 : (cosine + soft) * (cosine + soft) / (4 * soft);
+}
+
+}  // namespace
+
+void PreviewTile::probe() {
+  const std::size_t count = points_.size();
+  density_.resize(count);
+  for (int a = 0; a < 3; ++a) {
+    for (auto* column : {&probe_from_[a], &probe_down_[a], &probe_up_[a]}) column->resize(count);
+    for (std::size_t k = 0; k < count; ++k) {
+      probe_from_[a][k] = points_[k].p[a];
+      probe_up_[a][k] = points_[k].smooth[a];
+      probe_down_[a][k] = -points_[k].smooth[a];
+    }
+  }
+  measure_openings();
+  measure_columns();
+}
+
+// From probe to probe deeper, until all columns have ended or are deep.
+void PreviewTile::measure_columns() {
+  const float cell = view_.grid.view().cell;
+  const kernels::ProbeView probes{{probe_from_[0].data(), probe_from_[1].data(), probe_from_[2].data()},
+                                  {probe_down_[0].data(), probe_down_[1].data(), probe_down_[2].data()}};
+  open_.clear(), ends_.clear();
+  for (std::size_t k = 0; k < points_.size(); ++k) {
+    if (points_[k].snow()) open_.push_back(static_cast<std::uint32_t>(k));
+  }
+  float done = 0;  // cells that the probes before stand for
+  for (std::size_t step = 0; step < std::size(kBelow) && !open_.empty(); ++step) {
+    view_.field.probe_density(probes, kBelow[step] * cell, points_.size(), density_.data());
+    std::size_t left = 0;
+    for (const std::uint32_t k : open_) {
+      Point& point = points_[k];
+      if (!(density_[k] > least_density(point))) {
+        ends_.push_back({k, step > 0 ? kBelow[step - 1] : 0, kBelow[step], done});
+        continue;
+      }
+      point.column += density_[k] * kStands[step] * cell;
+      if (layers_.transport_depth(point.object, point.column) < kDeep) open_[left++] = k;
+    }
+    open_.resize(left);
+    done += kStands[step];
+  }
+  find_ends();
+}
+
+// kg/m^3: below, there is no snow any more.
+float PreviewTile::least_density(const Point& point) const {
+  const std::size_t look = std::min<std::size_t>(point.object, view_.setup.snow.size() - 1);
+  return kEnds * static_cast<float>(view_.setup.snow[look].density);
+}
+
+// Halves what lies between the last probe in a column and the first beyond it, and mends the column.
+void PreviewTile::find_ends() {
+  const float cell = view_.grid.view().cell;
+  const std::size_t count = ends_.size();
+  for (int round = 0; round < kHalvings && count > 0; ++round) {
+    for (std::size_t e = 0; e < count; ++e) {
+      const Point& point = points_[ends_[e].point];
+      const float middle = 0.5f * (ends_[e].within + ends_[e].beyond) * cell;
+      for (int a = 0; a < 3; ++a)
+        probe_from_[a][e] = point.p[a], probe_down_[a][e] = -middle * point.smooth[a];
+    }
+    const kernels::ProbeView probes{{probe_from_[0].data(), probe_from_[1].data(), probe_from_[2].data()},
+                                    {probe_down_[0].data(), probe_down_[1].data(), probe_down_[2].data()}};
+    view_.field.probe_density(probes, 1, count, density_.data());
+    for (std::size_t e = 0; e < count; ++e) {
+      End& end = ends_[e];
+      const float middle = 0.5f * (end.within + end.beyond);
+      (density_[e] > least_density(points_[end.point]) ? end.within : end.beyond) = middle;
+    }
+  }
+  for (const End& end : ends_) {
+    Point& point = points_[end.point];
+    if (!(end.counted > 0)) continue;  // thinner than the first probe is deep
+    point.column *= 0.5f * (end.within + end.beyond) / end.counted;
+  }
+}
+
+void PreviewTile::measure_openings() {
+  if (view_.grid.size() == 0) return;
+  const float cell = view_.grid.view().cell;
+  const kernels::ProbeView probes{{probe_from_[0].data(), probe_from_[1].data(), probe_from_[2].data()},
+                                  {probe_up_[0].data(), probe_up_[1].data(), probe_up_[2].data()}};
+  const float full = 1 / static_cast<float>(view_.setup.snow.front().density);
+  for (std::size_t step = 0; step < std::size(kBefore); ++step) {
+    view_.field.probe_density(probes, kBefore[step] * cell, points_.size(), density_.data());
+    for (std::size_t k = 0; k < points_.size(); ++k)
+      points_[k].opening -= kHides[step] * std::min(density_[k] * full, 1.f);
+  }
+}
+
+// What the columns make of the snow at each point.
+void PreviewTile::prepare() {
+  const auto spacing = static_cast<float>(view_.grid.spacing());
+  for (Point& point : points_) {
+    if (!point.snow()) continue;
+    const std::size_t look = std::min<std::size_t>(point.object, view_.setup.snow.size() - 1);
+    const auto density = static_cast<float>(view_.setup.snow[look].density);
+    point.column = std::max(point.column, density * spacing);  // a particle, however torn the snow
+    point.layer = layers_.of(point.object, point.column);
+    point.surface.albedo = point.layer.reflected;
+    // A ball of diameter D passes |cos| / (1 + 3/4 D cos^2 / path): half of that at cos = soft / 2.
+    const float depth = std::max(layers_.transport_depth(point.object, point.column), 1.f);
+    point.soft = std::min(2 / std::sqrt(0.75f * depth), kSoftest);
+    // As deep as light comes in, so that what it softens is not in the snow's own shadow.
+    point.lift =
+        std::min(spacing + 4.f / 3 * layers_.transport_path(point.object, density), kMostLift * spacing);
+  }
+}
+
+void PreviewTile::add_ambient() {
+  for (const Point& point : points_) {
+    const Vec3f& albedo = point.surface.albedo;
+    const Vec3f open = point.opening * (Vec3f::Ones() - (1 - point.opening) * albedo).cwiseInverse();
+    Vec3f light = ambient_.irradiance(point.surface.normal).cwiseProduct(albedo).cwiseProduct(open) / kPi;
+    Vec3f passed = Vec3f::Zero();
+    if (point.snow() && point.layer.passed.maxCoeff() > kFaintest)
+      passed = ambient_.irradiance(-point.surface.normal).cwiseProduct(point.layer.passed) / kPi;
+    FilmSample& seen = pixels_[point.pixel].seen;
+    seen.beauty += point.weight.cwiseProduct(light + passed);
+    if (point.snow()) seen.subsurface += point.weight.cwiseProduct(passed);
+  }
+}
+
+bool PreviewTile::may_glint(const Point& point, const Vec3f& direction) const {
+  return point.snow() && point.footprint > 0 && point.smooth.dot(direction) > 0 &&
+         point.smooth.dot(point.back) > 0 && view_.sparkle.any();
+}
+
+Vec3f PreviewTile::glint(const Point& point, const LightSample& light) const {
+  if (!may_glint(point, light.direction)) return Vec3f::Zero();
+  const float cone = 1 / std::sqrt(kPi * light.pdf);  // of the light, as a disc
+  const float brdf = view_.sparkle.brdf(point.sorted, point.p, point.smooth, point.back, light.direction,
+                                        cone, point.footprint);
+  return light.radiance * (brdf * point.smooth.dot(light.direction) / light.pdf);
+}
+
+// False if nothing comes.
+bool PreviewTile::bring(const Point& point, Brings& brings) const {
+  const LightSample& light = brings.light;
+  const Vec3f irradiance = light.radiance / light.pdf;
+  const float cosine = point.surface.normal.dot(light.direction);
+  brings.direct = brings.passed = Vec3f::Zero();
+  if (!point.snow()) {
+    if (cosine > 0)
+      brings.direct = evaluate(point.surface, point.back, light.direction).cwiseProduct(irradiance) * cosine;
+  } else {
+    const Vec3f matt = irradiance / kPi;
+    brings.direct = point.layer.reflected.cwiseProduct(matt) * ramp(cosine, point.soft);
+    if (cosine < 0 && point.layer.passed.maxCoeff() > kFaintest)
+      brings.passed = point.layer.passed.cwiseProduct(matt) * -cosine;
+  }
+  return (brings.direct + brings.passed).maxCoeff() > 0 || may_glint(point, light.direction);
+}
+
+void PreviewTile::cast_shadows(int beacon) {
+  const World& world = view_.world;
+  shadow_rays_.clear(), brings_.clear();
+  for (std::size_t k = 0; k < points_.size(); ++k) {
+    const Point& point = points_[k];
+    Brings brings;
+    brings.point = static_cast<std::uint32_t>(k);
+    if (!world.lights.middle(beacon, point.p, brings.light) || !bring(point, brings)) continue;
+    brings_.push_back(brings);
+    shadow_rays_.push(point.p + point.lift * point.smooth, brings.light.direction,
+                      brings.light.distance * (1 - 1e-4f));
+  }
+  Flights(world).find_shadow(shadow_rays_);
+  rays_traced_ += shadow_rays_.size();
+}
+
+void PreviewTile::add_lit() {
+  for (std::size_t ray = 0; ray < brings_.size(); ++ray) {
+    const Brings& brings = brings_[ray];
+    const bool snow = shadow_rays_.hit(ray) != kernels::kNoHit;
+    if (snow && !(brings.passed.maxCoeff() > 0)) continue;
+    const Vec3f o = shadow_rays_.origin(ray), d = shadow_rays_.direction(ray);
+    float reach = shadow_rays_.t(ray);
+    LightHit lamp;
+    if (view_.world.lights.hit(o, d, reach, lamp) || view_.world.objects.occluded(o, d, reach)) continue;
+    const Point& point = points_[brings.point];
+    FilmSample& seen = pixels_[point.pixel].seen;
+    const Vec3f passed = point.weight.cwiseProduct(brings.passed);
+    seen.subsurface += passed;
+    seen.beauty += passed;
+    if (snow) continue;
+    const Vec3f sparkle = point.weight.cwiseProduct(glint(point, brings.light));
+    seen.sparkle += sparkle;
+    seen.beauty += point.weight.cwiseProduct(brings.direct) + sparkle;
+  }
+}
+
+}  // namespace firn
