@@ -50,7 +50,7 @@ struct Grains {
 
 Material grains(const Grains& of) {
   Material material;
-  material.model = MaterialModel::drucker_prager;
+  material.model = kKindOf<kernels::DruckerPrager>;
   material.density = of.density;
   material.young_modulus = of.young_modulus;
   material.poisson_ratio = of.poisson_ratio;
@@ -66,7 +66,7 @@ struct Clay {
 
 Material clay(const Clay& of) {
   Material material;
-  material.model = MaterialModel::cam_clay;
+  material.model = kKindOf<kernels::CamClay>;
   material.density = of.density;
   material.young_modulus = of.young_modulus;
   material.poisson_ratio = of.poisson_ratio;

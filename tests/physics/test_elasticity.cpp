@@ -83,12 +83,12 @@ TEST_CASE(
     "[physics][figure]") {
   Curve curve("self_weight", "series,height_m,displacement_m,expected_m");
   struct Case {
-    MaterialModel model;
+    kernels::MaterialKind model;
     double height;  // of a 1 m column at g = 9.81 m/s^2
     double base;    // F along it at its foot
   };
-  for (const Case& expected :
-       {Case{MaterialModel::snow, 0.987387, 0.974774}, Case{MaterialModel::neo_hookean, 0.987545, 0.97525}}) {
+  for (const Case& expected : {Case{kKindOf<kernels::Snow>, 0.987387, 0.974774},
+                               Case{kKindOf<kernels::NeoHookean>, 0.987545, 0.97525}}) {
     SimulationSetup setup = bar(elastic(expected.model));
     setup.gravity = Vec3(0, -9.81, 0);
     const std::vector<Vec3> placed = setup.snow[0].position;
@@ -120,7 +120,7 @@ TEST_CASE(
     CHECK(foot == Approx(expected.base).margin(1e-3));
     for (std::size_t k = 0; k < lift.size(); ++k) {
       const double y = (static_cast<double>(k) + 0.5) * kDx / 2;
-      curve.add(expected.model == MaterialModel::snow ? "fixed corotated" : "neo-Hookean",
+      curve.add(expected.model == kKindOf<kernels::Snow> ? "fixed corotated" : "neo-Hookean",
                 {y, lift[k], (expected.base - 1) * (y - y * y / (2 * kLength))});
     }
     for (std::size_t k = 4; k < strain.size(); ++k) {

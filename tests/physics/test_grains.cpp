@@ -178,7 +178,7 @@ TEST_CASE("Cam-Clay snow bears a load below its strength and is packed by one ab
   constexpr double kDx = 0.02, kHeight = 0.4, kSide = 4 * kDx;
   for (const double strength : {1e4, 50.0}) {  // Pa; the weight is 1180 Pa at the foot
     Material m;
-    m.model = MaterialModel::cam_clay;
+    m.model = kKindOf<kernels::CamClay>;
     m.density = 300;
     m.young_modulus = 2e5;
     m.compressive_strength = strength;
@@ -211,7 +211,7 @@ TEST_CASE("a cube of strong Cam-Clay snow stands by itself, one without strength
   double height[2];
   for (const int strong : {0, 1}) {
     Material m;
-    m.model = MaterialModel::cam_clay;
+    m.model = kKindOf<kernels::CamClay>;
     m.density = 300;
     m.compressive_strength = strong ? 5e3 : 5;
     m.hardening = 1;

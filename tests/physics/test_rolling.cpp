@@ -133,7 +133,7 @@ TEST_CASE(
       const Rolling r = rolling(simulation, mass(setup.snow[0]), layer);
       CHECK(r.grown < 0.1);
       curve.add(
-          layer.model == MaterialModel::snow ? "no cohesion" : "powder",
+          layer.model == kKindOf<kernels::Snow> ? "no cohesion" : "powder",
           {r.center.x() - setup.snow[0].position[0].x(), r.grown, r.spin * r.center.y() / r.velocity.x()});
     }
     CHECK(rolling(simulation, mass(setup.snow[0]), layer).grown < 0.05);

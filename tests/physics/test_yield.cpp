@@ -214,7 +214,7 @@ TEST_CASE("the work of a plate that packs snow slowly is elastic energy and plas
           "[physics][figure]") {
   Curve curve("packing", "series,time_s,work_J,elastic_J,plastic_J");
   Material clay;
-  clay.model = MaterialModel::cam_clay;
+  clay.model = kKindOf<kernels::CamClay>;
   clay.compressive_strength = 500;
   clay.hardening = 1;
   const Material materials[] = {Material{}, clay, find_preset("packed").material};
