@@ -5,6 +5,7 @@ names a folder (`./dev figures` runs them). Dashes are the law, colours are meas
 usage: validation.py [FOLDER_OF_CURVES]"""
 import csv
 import sys
+from math import log2, log10
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent / "svg"))
@@ -34,9 +35,9 @@ def against_law(plot, table, x, y, expected, draw=Plot.points):
 
 def bar(table):
     of = table["bar"]
-    plot = Plot("Bar of 1 m between rollers, let go in its lowest mode", "time (s)", "mean velocity (mm/s)")
-    plot.law(of["time_s"], [1e3 * v for v in of["expected_m_s"]], "cos(2\N{GREEK SMALL LETTER PI} t c_p / 4L)")
-    plot.points(of["time_s"][::8], [1e3 * v for v in of["velocity_m_s"][::8]], 0, "measured")
+    plot = Plot("Bar of 1 m between rollers, let go in its lowest mode", "time (s)", "mean velocity / start")
+    plot.law(of["time_s"], of["expected"], "cos(2\N{GREEK SMALL LETTER PI} t c_p / 4L)")
+    plot.points(of["time_s"][::8], of["velocity"][::8], 0, "measured")
     return plot
 
 
@@ -55,6 +56,70 @@ def self_weight(table):
 def incline(table):
     return against_law(Plot("Block on a slope of 20\N{DEGREE SIGN}, tan = 0.364", "time (s)", "speed gained (m/s)"), table, "time_s",
                        "speed_m_s", "expected_m_s")
+
+
+def frictions(tables):
+    plot = Plot("Two coefficients on 20\N{DEGREE SIGN} (0.6 at rest, 0.2 sliding); a domain turned by 35\N{DEGREE SIGN} (0.2)", "time (s)",
+                "speed gained (m/s)")
+    return against_law(plot, {**tables["two_frictions"], **tables["turned_domain"]}, "time_s", "speed_m_s", "expected_m_s")
+
+
+def front(table):
+    return against_law(Plot("Slab on 36.9\N{DEGREE SIGN} without friction: way of its front", "time (s)", "way (m)"), table, "time_s", "way_m",
+                       "expected_m")
+
+
+def finer(tables):
+    plot = Plot("Finer grids: error over what the test allows", "log\N{SUBSCRIPT TWO} of the cells across", "log\N{SUBSCRIPT ONE}\N{SUBSCRIPT ZERO} of error / allowed")
+    plot.law([1, 7], [0, 0], "allowed")
+    for name in ("finer_bar", "finer_column", "finer_rotation", "finer_incline"):
+        for series, of in tables[name].items():
+            cells = [log2(n) for n in of["cells"]]
+            parts = [log10(max(e, 1e-9) / a) for e, a in zip(of["error"], of["allowed"])]
+            ink = len(plot.legend) - 1
+            plot.line(cells, parts, ink)
+            plot.points(cells, parts, ink, series.replace(" degrees", "\N{DEGREE SIGN}"))
+    return plot
+
+
+def closed(tables):
+    plot = Plot("Snow that yields in a closed system: total energy", "time (ms)", "energy / start", (0, 120), (0, 1.05))
+    plot.law([0, 120], [1.005, 1.005], "bound of the test")
+    for ink, (name, of) in enumerate({**tables["closed_collision"], **tables["closed_fall"]}.items()):
+        plot.line([1e3 * t for t in of["time_s"]], of["energy"], ink, name)
+    return plot
+
+
+def twice_dt(table):
+    plot = Plot("Elastic ball thrown at the ground: the automatic dt, and twice it", "time (ms)", "energy / start", (0, 80), (0.9, 1.06))
+    plot.law([0, 80], [1.005, 1.005], "makes energy")
+    for ink, (name, of) in enumerate(table.items()):
+        plot.line([1e3 * t for t in of["time_s"]], of["energy"], ink, name)
+    return plot
+
+
+def five_seconds(table):
+    plot = Plot("A ball dropped, five seconds at the automatic dt: total energy", "time (s)", "energy / start", (0, 5), (0, 1.05))
+    plot.law([0, 5], [1.005, 1.005], "bound of the test")
+    for ink, (name, of) in enumerate(table.items()):
+        plot.line(of["time_s"], of["energy"], ink, name)
+    return plot
+
+
+def met_balls(table):
+    plot = Plot("Two balls of 400 kg/m\N{SUPERSCRIPT THREE} that met: density by distance from the contact", "distance (m)",
+                "density (kg/m\N{SUPERSCRIPT THREE})")
+    plot.law([0, 0.11], [400, 400], "as placed")
+    for ink, (name, of) in enumerate(table.items()):
+        plot.line(of["distance_m"], of["density"], ink, name)
+    return plot
+
+
+def bridge(table):
+    plot = Plot("Plate over a gap, from presets alone; pressed from 0.3 s on", "time (s)", "its middle has sunk (m)")
+    for ink, (name, of) in enumerate(table.items()):
+        plot.line(of["time_s"], of["sag_m"], ink, name)
+    return plot
 
 
 def yield_depth(table):
@@ -103,6 +168,8 @@ def collision(table):
     plot.law(time, total, "sum of all")
     for ink, (name, label) in enumerate(names.items()):
         plot.line(time, of[name], ink, label)
+    half = table["snow, half the cell"]
+    plot.points([1e3 * t for t in half["time_s"]], half["lost_J"], len(names), "lost, half the cell")
     return plot
 
 
@@ -198,10 +265,14 @@ def slab(tables):
 def main(folder):
     curves = {path.stem: read(path) for path in sorted(Path(folder).glob("*.csv"))}
     OUT.mkdir(exist_ok=True)
-    for name, draw in (("bar", bar), ("free_fall", free_fall), ("self_weight", self_weight), ("incline", incline), ("cone", cone),
+    for name, draw in (("bar", bar), ("front", front), ("twice_dt", twice_dt), ("five_seconds", five_seconds), ("met_balls", met_balls),
+                       ("bridge", bridge), ("free_fall", free_fall), ("self_weight", self_weight), ("incline", incline), ("cone", cone),
                        ("yield_depth", yield_depth), ("collision", collision), ("packing", packing), ("presets", presets),
                        ("weight", weight), ("free_body", free_body), ("rotation", rotation), ("drag", drag)):
         draw(curves[name]).save(OUT / f"{name}.svg")
+    frictions(curves).save(OUT / "frictions.svg")
+    finer(curves).save(OUT / "finer.svg")
+    closed(curves).save(OUT / "closed.svg")
     momentum(curves["collision"]).save(OUT / "momentum.svg")
     columns(curves).save(OUT / "columns.svg")
     saw(curves).save(OUT / "saw.svg")

@@ -9,8 +9,8 @@
 // little, and E then carries its stretch to round-off. Lanes that are far from a rotation, where E loses
 // small stretches, go through the SVD, each by its own criterion.
 #pragma once
+#include "kernels/materials/params.h"
 #include "kernels/mpm/stretch.h"
-#include "kernels/mpm/views.h"
 #include "kernels/simd/eigenvalues3.h"
 
 namespace firn::kernels::FIRN_ISA {
@@ -82,7 +82,7 @@ inline constexpr float kNearRotation = 0.5f;
 
 // Clamps F in the `active` lanes and moves the lost volume change into Jp, which stays in [jp_min, jp_max].
 // Returns the lanes whose F changed.
-FIRN_INLINE Mask clamp_into_jp(const MaterialParams& p, Mat3& f, Floats& jp, Mask active) {
+FIRN_INLINE Mask clamp_into_jp(const SharedParams& p, Mat3& f, Floats& jp, Mask active) {
   const Floats lo = splat(p.sigma_min), hi = splat(p.sigma_max);
   const Deformation d = deformation_of(f);
   const Mask near = less(norm2(d.e), splat(kNearRotation * kNearRotation)) & less(splat(0.f), d.j);

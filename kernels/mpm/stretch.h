@@ -9,6 +9,11 @@
 
 namespace firn::kernels::FIRN_ISA {
 
+// The kernels of a material, one for each, in its file, of static functions: stress, energy, wave_speed2,
+// yields, project.
+template <class Material>
+struct Lanes;
+
 struct Deformation {
   Mat3 f;
   Sym3 e;    // F F^T - I

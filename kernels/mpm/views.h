@@ -10,6 +10,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "kernels/materials/list.h"
+
 namespace firn::kernels {
 
 inline constexpr int kBlockSide = 4;    // cells and nodes
@@ -34,7 +36,7 @@ struct ParticleView {
   float* v[3];         // m/s
   float* C[9];         // 1/s, APIC velocity gradient
   float* F[9];         // elastic deformation gradient
-  float* Jp;           // plastic volume ratio: J |Jp| is the volume taken up; its sign: material_cam_clay.h
+  float* Jp;           // plastic volume ratio: J |Jp| is the volume taken up; its sign: cam_clay.h
   float* m;            // kg
   std::uint32_t* id;
   std::uint32_t* object;  // index into the material table
@@ -42,24 +44,6 @@ struct ParticleView {
 
 struct ParticleRange {
   std::size_t begin, end;
-};
-
-enum MaterialKind : std::int32_t { kNeoHookean, kSnow, kDruckerPrager, kCamClay };
-
-struct MaterialParams {
-  MaterialKind kind;
-  std::int32_t plastic;        // 0: no clamp
-  float mu, lambda;            // Pa
-  float inverse_density;       // m^3/kg, as placed
-  float sigma_min, sigma_max;  // bounds of the singular values of F
-  float hardening;             // xi
-  float jp_min, jp_max;
-  // Drucker-Prager: |dev L| <= -cone tr(L - cohesion I), L the logarithmic strain
-  float cone = 0, cohesion = 0;
-  // Cam-Clay: M^2; ln Jp before the start; `cohesion` is beta
-  float slope2 = 0, alpha0 = 0;
-  // -ln of what a broken layer closes to, 0: none breaks; Jp at which cohesion is gone
-  float collapse = 0, jp_broken = 1e30f;
 };
 
 struct StepParams {

@@ -4,6 +4,7 @@
 // for lattice and tiles.
 #pragma once
 #include "kernels/mpm/views.h"
+#include "kernels/reference/matrix.h"
 
 namespace firn::kernels::reference {
 
@@ -16,19 +17,14 @@ struct Particle {
   int object;
 };
 
-// F = U diag(s) V^T with rotations U and V, s[0] >= s[1] >= |s[2]|.
-void svd(const double f[9], double u[9], double s[3], double v[9]);
-
-double determinant(const double a[9]);
-
 // Kirchhoff stress and J per m^3 of placed volume.
 void stress(const MaterialParams& material, const double f[9], double jp, double tau[9]);
 double energy(const MaterialParams& material, const double f[9], double jp);
 
-// m^2/s^2, of the fastest elastic wave, with the largest squared stretch bounded by |F|^2 - 2.
+// m^2/s^2, of the fastest elastic wave.
 double wave_speed2(const MaterialParams& material, const double f[9], double jp);
 
-// Clamps the singular values and updates Jp; true when F changed.
+// F and Jp through the yield surface; true when F changed.
 bool project(const MaterialParams& material, double f[9], double& jp);
 
 // tile: 8x8x8 nodes of momentum and mass, zeroed first.

@@ -41,47 +41,20 @@ Mat3 affine_velocity(const PlacedSnow& snow) {
   return residual2 < 1e-6 * motion2 ? gradient : Mat3::Zero();
 }
 
-kernels::MaterialKind material_kind(MaterialModel model) {
-  switch (model) {
-    case MaterialModel::neo_hookean:
-      return kernels::kNeoHookean;
-    case MaterialModel::snow:
-      return kernels::kSnow;
-    case MaterialModel::drucker_prager:
-      return kernels::kDruckerPrager;
-    case MaterialModel::cam_clay:
-      return kernels::kCamClay;
-  }
-  return kernels::kSnow;
-}
-
 kernels::MaterialParams material_params(const Material& m) {
   const ElasticModuli moduli = elastic_moduli(m);
   kernels::MaterialParams out{};
-  const bool snow = m.model == MaterialModel::snow;
-  out.kind = material_kind(m.model);
+  out.kind = m.model;
   out.plastic = m.plasticity;
   out.mu = static_cast<float>(moduli.mu);
   out.lambda = static_cast<float>(moduli.lambda);
   out.inverse_density = static_cast<float>(1 / m.density);
-  out.sigma_min = static_cast<float>(snow ? 1 - m.critical_compression : m.sigma_min);
-  out.sigma_max = static_cast<float>(snow ? 1 + m.critical_stretch : m.sigma_max);
   out.hardening = static_cast<float>(m.hardening);
   out.jp_min = static_cast<float>(m.jp_min);
   out.jp_max = static_cast<float>(m.jp_max);
-  if (m.model == MaterialModel::drucker_prager) {
-    out.cone = static_cast<float>(cone_slope(m));
-    out.cohesion = static_cast<float>(m.cohesion);
-  }
-  if (m.model == MaterialModel::cam_clay) {
-    const double slope = critical_slope(m);
-    out.slope2 = static_cast<float>(slope * slope);
-    out.cohesion = static_cast<float>(m.cohesion_ratio);
-    out.alpha0 = static_cast<float>(initial_compaction(m));
-    out.collapse = static_cast<float>(m.collapse);
-    if (m.collapse > 0)
-      out.jp_broken = static_cast<float>(std::min(std::exp(-initial_compaction(m)), m.jp_max));
-  }
+  kernels::AllMaterials::visit(m.model, [&](auto material) {
+    material.fill(m, {moduli.mu, moduli.lambda}, out);
+  });
   return out;
 }
 

@@ -24,7 +24,7 @@ const char* snow_state(const Simulation::State& state, double wave_speed) {
   bool snow = false;
   for (const kernels::MaterialParams& m : state.materials) {
     fresh = std::max(fresh, std::sqrt((m.lambda + 2.0 * m.mu) * m.inverse_density));
-    snow = snow || m.kind == kernels::kSnow;
+    snow = snow || m.kind == kernels::kKindOf<kernels::Snow>;
   }
   if (!snow) return "";
   return wave_speed > 1.05 * fresh ? "packed snow, " : "fresh snow, ";

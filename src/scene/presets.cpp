@@ -17,8 +17,9 @@
 // 38 degrees, also when its weight comes on at once, and lets go when it is broken at one spot by a weight
 // (tests/physics/test_slab.cpp). A layer so strong is not near failure under the slab at rest, and a mere cut
 // makes no crack run through it: that needs a third of p0 and slow loading (tests/physics/test_saw.cpp).
-// Slabs have moduli of some MPa (Reuter et al. 2019, J. Glaciol. 65); 1 MPa keeps the slab's base whole under
-// that load.
+// 1 MPa keeps the slab's base whole under that load. It is soft: slabs of 250 kg/m^3 have 5 MPa in saw tests
+// (van Herwijnen et al. 2016, J. Glaciol. 62: 0.93 rho^2.8 Pa), 20 to 70 MPa by other methods
+// (docs/physics.md).
 //
 // Grains, by their optical radius: 20 to 100 um in new snow, 100 to 300 um in fine-grained older snow, 1
 // to 1.5 mm in snow that melts (Wiscombe, Warren 1980, J. Atmos. Sci. 37, 2712); within these chosen by this
@@ -50,7 +51,7 @@ struct Grains {
 
 Material grains(const Grains& of) {
   Material material;
-  material.model = MaterialModel::drucker_prager;
+  material.model = kKindOf<kernels::DruckerPrager>;
   material.density = of.density;
   material.young_modulus = of.young_modulus;
   material.poisson_ratio = of.poisson_ratio;
@@ -66,7 +67,7 @@ struct Clay {
 
 Material clay(const Clay& of) {
   Material material;
-  material.model = MaterialModel::cam_clay;
+  material.model = kKindOf<kernels::CamClay>;
   material.density = of.density;
   material.young_modulus = of.young_modulus;
   material.poisson_ratio = of.poisson_ratio;

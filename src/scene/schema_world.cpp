@@ -70,7 +70,7 @@ void add_material_keys(TableBuilder<SnowConfig>& t) {
       grains{"model", {"drucker_prager"}}, clay{"model", {"cam_clay"}},
       hardens{"model", {"snow", "cam_clay"}}, rubs{"model", {"drucker_prager", "cam_clay"}};
   t.key("model", part(&Material::model),
-        {.choices = {"neo_hookean", "snow", "drucker_prager", "cam_clay"},
+        {.choices = {std::begin(kernels::AllMaterials::kNames), std::end(kernels::AllMaterials::kNames)},
          .meaning = "snow: fixed corotated with hardening (Stomakhin et al. 2013); neo_hookean: with clamped "
                     "stretches; drucker_prager: grains with friction (Klar et al. 2016); "
                     "cam_clay: snow that crushes, shears and sticks (Gaume et al. 2018)"});

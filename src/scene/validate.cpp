@@ -106,7 +106,7 @@ struct Checker {
   void limits(const std::string& table, const Material& m) const {
     if (m.sigma_min > m.sigma_max) refuse(table, "sigma_min", "sigma_min is above sigma_max");
     if (m.jp_min > m.jp_max) refuse(table, "jp_min", "jp_min is above jp_max");
-    if (m.model == MaterialModel::cam_clay && m.hardening < 0.01) {
+    if (m.model == kKindOf<kernels::CamClay> && m.hardening < 0.01) {
       refuse(table, "hardening", "cam_clay has its strength by hardening: it must be at least 0.01");
     }
   }

@@ -24,10 +24,19 @@ class Random {
   std::uint64_t seed_, count_ = 0;
 };
 
+template <class Material>
+kernels::MaterialParams params_of(kernels::SharedParams shared) {
+  kernels::MaterialParams params{};
+  shared.kind = kernels::kKindOf<Material>;
+  static_cast<kernels::SharedParams&>(params) = shared;
+  return params;
+}
+
 inline std::vector<kernels::MaterialParams> test_materials() {
-  return {{kernels::kSnow, 1, 58333.f, 38889.f, 1.f / 400, 0.975f, 1.0075f, 10.f, 0.6f, 20.f},
-          {kernels::kNeoHookean, 1, 30000.f, 50000.f, 1.f / 300, 0.95f, 1.05f, 0.f, 0.6f, 20.f},
-          {kernels::kSnow, 0, 58333.f, 38889.f, 1.f / 400, 0.975f, 1.0075f, 10.f, 0.6f, 20.f}};
+  using kernels::NeoHookean, kernels::Snow;
+  return {params_of<Snow>({{}, 1, 58333.f, 38889.f, 1.f / 400, 0.975f, 1.0075f, 10.f, 0.6f, 20.f}),
+          params_of<NeoHookean>({{}, 1, 30000.f, 50000.f, 1.f / 300, 0.95f, 1.05f, 0.f, 0.6f, 20.f}),
+          params_of<Snow>({{}, 0, 58333.f, 38889.f, 1.f / 400, 0.975f, 1.0075f, 10.f, 0.6f, 20.f})};
 }
 
 inline kernels::StepParams test_step() {

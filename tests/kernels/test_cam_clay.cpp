@@ -16,9 +16,10 @@ using namespace firn::test;
 namespace {
 
 kernels::MaterialParams clay(float slope2, float beta, float alpha0, float hardening) {
-  kernels::MaterialParams m{kernels::kCamClay, 1, 4e4f, 6e4f, 1.f / 300, 0, 0, hardening, 0.3f, 20.f};
+  kernels::MaterialParams m =
+      params_of<kernels::CamClay>({{}, 1, 4e4f, 6e4f, 1.f / 300, 0, 0, hardening, 0.3f, 20.f});
   m.slope2 = slope2;
-  m.cohesion = beta;
+  m.beta = beta;
   m.alpha0 = alpha0;
   return m;
 }
@@ -63,7 +64,7 @@ double outside_ellipse(const kernels::MaterialParams& m, const double f[9], doub
   const double pressure = -(tau[0] + tau[4] + tau[8]) / 3;
   for (int k = 0; k < 9; ++k) s2 += std::pow(tau[k] + (k % 4 == 0 ? pressure : 0), 2);
   const double packed = std::max(-((jp < 0 ? m.collapse : m.alpha0) + std::log(std::fabs(jp))), 0.0);
-  const double p0 = kappa_of(m) * (1e-5 + std::sinh(m.hardening * packed)), beta = jp < 0 ? 0 : m.cohesion;
+  const double p0 = kappa_of(m) * (1e-5 + std::sinh(m.hardening * packed)), beta = jp < 0 ? 0 : m.beta;
   const double y = 1.5 * (1 + 2 * beta) * s2 + m.slope2 * (pressure + beta * p0) * (pressure - p0);
   return y / std::pow(kappa_of(m), 2);
 }
@@ -209,12 +210,12 @@ TEST_CASE(
   const double kappa = kappa_of(m), p0 = kappa * std::sinh(0.02 * m.hardening);
   for (const double way : {-1.0, 1.0}) {
     INFO((way < 0 ? "crushed" : "torn"));
-    const double elastic = 0.5 * std::log(1 - (way < 0 ? 2 : -2 * m.cohesion) * p0 / kappa);
+    const double elastic = 0.5 * std::log(1 - (way < 0 ? 2 : -2 * m.beta) * p0 / kappa);
     Element layer;
     layer.strain(m, 0.999 * elastic);
     CHECK(layer.jp == 1);
     double bearing = std::fabs(layer.pressure(m));
-    CHECK(bearing == Approx(way < 0 ? p0 : m.cohesion * p0).epsilon(0.01));
+    CHECK(bearing == Approx(way < 0 ? p0 : m.beta * p0).epsilon(0.01));
     while (layer.jp > 0) {  // p0 and with it the elastic strain fall, alpha counts what is plastic
       layer.strain(m, 0.002 * way);
       CHECK(std::fabs(layer.pressure(m)) < bearing);

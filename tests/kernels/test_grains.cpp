@@ -18,7 +18,8 @@ namespace {
 using Materials = std::vector<kernels::MaterialParams>;
 
 kernels::MaterialParams grains(int plastic, float cone, float cohesion) {
-  kernels::MaterialParams m{kernels::kDruckerPrager, plastic, 4e4f, 6e4f, 1.f / 1600, 0, 0, 0, 0.6f, 20.f};
+  kernels::MaterialParams m =
+      params_of<kernels::DruckerPrager>({{}, plastic, 4e4f, 6e4f, 1.f / 1600, 0, 0, 0, 0.6f, 20.f});
   m.cone = cone;
   m.cohesion = cohesion;
   return m;

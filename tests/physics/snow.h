@@ -44,7 +44,7 @@ void with_kernels_and_threads(std::initializer_list<int> threads, F&& f) {
 }
 
 // Elastic snow: plasticity off.
-inline Material elastic(MaterialModel model = MaterialModel::snow) {
+inline Material elastic(kernels::MaterialKind model = kKindOf<kernels::Snow>) {
   Material m;
   m.model = model;
   m.plasticity = false;

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Contact with colliders: Coulomb friction on an incline, rest on the ground, sticking, the domain's
 // boundary.
+#include <cmath>
+#include <functional>
 #include <sstream>
+#include <string>
 
 #include "tests/catch.h"
 #include "tests/physics/curve.h"
@@ -16,15 +19,16 @@ constexpr double kDx = 0.02;
 
 // A flat elastic block on level ground with gravity tilted by `degrees`: an incline without lattice steps.
 // The ground lies on a row of nodes.
-SimulationSetup incline(double degrees, double friction, Contact contact) {
+SimulationSetup incline(double degrees, double friction, Contact contact, double dx = kDx) {
   SimulationSetup setup;
-  setup.dx = kDx;
+  setup.dx = dx;
   const double angle = degrees * M_PI / 180;
   setup.gravity = 9.81 * Vec3(std::sin(angle), -std::cos(angle), 0);
   Material material = elastic();
   material.young_modulus = 1e6;
-  setup.snow.push_back(fill(Vec3(0, 0.5 * kDx, 0), Vec3(12 * kDx, 4.5 * kDx, 8 * kDx), kDx, 2, material));
-  setup.colliders.push_back(plane(Vec3(0, 0.5 * kDx, 0), Vec3(0, 1, 0), contact, friction));
+  setup.snow.push_back(
+      fill(Vec3(0, 0.5 * dx, 0), Vec3(12 * kDx, 4 * kDx + 0.5 * dx, 8 * kDx), dx, 2, material));
+  setup.colliders.push_back(plane(Vec3(0, 0.5 * dx, 0), Vec3(0, 1, 0), contact, friction));
   return setup;
 }
 
@@ -33,18 +37,33 @@ double speed_along(const Simulation& simulation) {
   return m.momentum.x() / m.mass;
 }
 
+// m/s^2, from 0.1 s, when the weight has settled on the ground, to 0.4 s. see(time, speed gained) on the way.
+double acceleration_of(Simulation& simulation, const std::function<void(double, double)>& see = {}) {
+  simulation.advance_to(0.1, kNeverStop);
+  const double start = speed_along(simulation);
+  for (int k = 1; k <= 12; ++k) {
+    simulation.advance_to(0.1 + 0.025 * k, kNeverStop);
+    if (see) see(simulation.time(), speed_along(simulation) - start);
+  }
+  return (speed_along(simulation) - start) / 0.3;
+}
+
 }  // namespace
 
-TEST_CASE("a block on an incline slides at g (sin - mu cos) when tan exceeds mu", "[physics]") {
+TEST_CASE("a block on an incline slides at g (sin - mu cos) when tan exceeds mu", "[physics][figure]") {
+  Curve finer("finer_incline", "series,cells,error,allowed");
   for (const double degrees : {20.0, 35.0}) {
     const double mu = 0.2, angle = degrees * M_PI / 180;
+    const double expected = 9.81 * (std::sin(angle) - mu * std::cos(angle));
     Simulation simulation(best_kernels(), incline(degrees, mu, Contact::separating));
-    simulation.advance_to(0.1, kNeverStop);  // the weight settles on the ground
-    const double start = speed_along(simulation);
-    simulation.advance_to(0.4, kNeverStop);
-    const double acceleration = (speed_along(simulation) - start) / 0.3;
     INFO(degrees);
-    CHECK(acceleration == Approx(9.81 * (std::sin(angle) - mu * std::cos(angle))).epsilon(0.02));
+    CHECK(acceleration_of(simulation) == Approx(expected).epsilon(0.02));
+    if (!makes_figures()) continue;
+    for (const int cells : {2, 4, 8, 16}) {  // in the block's height
+      Simulation sized(best_kernels(), incline(degrees, mu, Contact::separating, 4 * kDx / cells));
+      finer.add("block on " + std::to_string(std::lround(degrees)) + " degrees",
+                {double(cells), std::abs(acceleration_of(sized) / expected - 1), 0.02});
+    }
   }
 }
 
@@ -80,7 +99,8 @@ TEST_CASE("a block on an incline stays when mu exceeds tan", "[physics]") {
 }
 
 TEST_CASE("between the two friction angles a block at rest stays, and one that moves goes on sliding",
-          "[physics]") {
+          "[physics][figure]") {
+  Curve curve("two_frictions", "series,time_s,speed_m_s,expected_m_s");
   const double mu_static = 0.6, mu_dynamic = 0.2, angle = 20 * M_PI / 180;  // tan is 0.364
   SimulationSetup held = incline(20, mu_static, Contact::separating);
   held.sleep = false;
@@ -95,17 +115,20 @@ TEST_CASE("between the two friction angles a block at rest stays, and one that m
   Simulation resting(best_kernels(), setup);
   resting.load(saved);
   const Vec3 before = resting.metrics().bounds.center();
-  resting.advance_to(1.6, kNeverStop);
+  for (int k = 1; k <= 24; ++k) {
+    resting.advance_to(1 + 0.025 * k, kNeverStop);
+    curve.add("at rest", {0.025 * k, speed_along(resting), 0});
+  }
   CHECK(std::abs(speed_along(resting)) < 1e-4);
   CHECK((resting.metrics().bounds.center() - before).norm() < 0.01 * kDx);
 
   for (Vec3& v : setup.snow[0].velocity) v = Vec3(0.5, 0, 0);
   Simulation sliding(best_kernels(), setup);
-  sliding.advance_to(0.1, kNeverStop);
-  const double start = speed_along(sliding);
-  sliding.advance_to(0.4, kNeverStop);
   const double expected = 9.81 * (std::sin(angle) - mu_dynamic * std::cos(angle));
-  CHECK((speed_along(sliding) - start) / 0.3 == Approx(expected).epsilon(0.02));
+  const double acceleration = acceleration_of(sliding, [&](double time, double gained) {
+    curve.add("sliding", {time - 0.1, gained, expected * (time - 0.1)});
+  });
+  CHECK(acceleration == Approx(expected).epsilon(0.02));
 }
 
 TEST_CASE("without friction a block slides at g sin, on slip and on separating ground alike", "[physics]") {

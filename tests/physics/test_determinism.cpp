@@ -21,9 +21,9 @@ SimulationSetup violent_impact() {
   Material chunky;
   chunky.critical_compression = 4e-2;
   Material neo_hookean;
-  neo_hookean.model = MaterialModel::neo_hookean;
+  neo_hookean.model = kKindOf<kernels::NeoHookean>;
   Material clay;
-  clay.model = MaterialModel::cam_clay;
+  clay.model = kKindOf<kernels::CamClay>;
   clay.compressive_strength = 1e3;
   clay.hardening = 0.5;
   setup.snow.push_back(ball(Vec3(0, 0.1, 0), 0.09, setup.dx, Material{}, Vec3(5, -10, 0)));

@@ -4,6 +4,7 @@
 
 #include "src/core/error.h"
 #include "tests/catch.h"
+#include "tests/physics/curve.h"
 #include "tests/physics/snow.h"
 
 using namespace firn;
@@ -59,17 +60,22 @@ Vec3 mean_velocity(const Metrics& m) { return m.momentum / m.mass; }
 }  // namespace
 
 TEST_CASE("in a domain that follows the slope a block slides at g (sin - mu cos), straight down it",
-          "[physics]") {
+          "[physics][figure]") {
+  Curve curve("turned_domain", "series,time_s,speed_m_s,expected_m_s");
   const Pose pose{down_right(), Vec3(0.3, 1.7, -0.2)};
   const SimulationSetup world = carried(slope_seen_along_it(), pose);
   CHECK((world.gravity - Vec3(0, -9.81, 0)).norm() < 1e-12);
   Simulation simulation(best_kernels(), in_frame_of(world, pose));
   simulation.advance_to(0.1, kNeverStop);
   const Vec3 start = mean_velocity(simulation.metrics());
-  simulation.advance_to(0.4, kNeverStop);
-  const Vec3 acceleration = (mean_velocity(simulation.metrics()) - start) / 0.3;
   const Vec3 down = Vec3(std::cos(kTilt), -std::sin(kTilt), 0);
   const double expected = 9.81 * (std::sin(kTilt) - kFriction * std::cos(kTilt));
+  for (int k = 1; k <= 12; ++k) {
+    simulation.advance_to(0.1 + 0.025 * k, kNeverStop);
+    const double gained = (mean_velocity(simulation.metrics()) - start).dot(down);
+    curve.add("turned by 35 degrees", {0.025 * k, gained, expected * 0.025 * k});
+  }
+  const Vec3 acceleration = (mean_velocity(simulation.metrics()) - start) / 0.3;
   CAPTURE(acceleration.dot(down), expected);
   CHECK((acceleration - expected * down).norm() < 0.02 * expected);
 }

@@ -9,6 +9,7 @@
 #include "src/mpm/percentile.h"
 #include "src/scene/presets.h"
 #include "tests/catch.h"
+#include "tests/physics/curve.h"
 #include "tests/physics/snow.h"
 
 using namespace firn;
@@ -81,7 +82,8 @@ TEST_CASE("the front runs down the steepest plane, and along +x where none is ti
   CHECK((front_direction(setup) - Vec3(-0.8, -0.6, 0)).norm() < 1e-12);
 }
 
-TEST_CASE("the front of a slab that slides without friction gains g sin t^2 / 2", "[physics]") {
+TEST_CASE("the front of a slab that slides without friction gains g sin t^2 / 2", "[physics][figure]") {
+  Curve curve("front", "series,time_s,way_m,expected_m");
   SimulationSetup setup;
   setup.dx = 0.02;
   setup.gravity = 9.81 * Vec3(0.6, -0.8, 0);  // a slope of 36.87 degrees, seen along it
@@ -90,7 +92,11 @@ TEST_CASE("the front of a slab that slides without friction gains g sin t^2 / 2"
   Simulation simulation(best_kernels(), setup);
   const double start = simulation.metrics().front;
   CHECK(start == Approx(0.3).margin(0.02));
-  simulation.advance_to(0.3, kNeverStop);
+  for (int k = 1; k <= 20; ++k) {
+    const double time = 0.015 * k;
+    simulation.advance_to(time, kNeverStop);
+    curve.add("slab", {time, simulation.metrics().front - start, 0.6 * 9.81 * time * time / 2});
+  }
   CHECK(simulation.metrics().front - start == Approx(0.6 * 9.81 * 0.09 / 2).epsilon(0.02));
 }
 

@@ -8,6 +8,7 @@
 #include "src/scene/presets.h"
 #include "src/scene/scene.h"
 #include "tests/catch.h"
+#include "tests/physics/curve.h"
 #include "tests/physics/snow.h"
 
 using namespace firn;
@@ -76,23 +77,31 @@ double kept_together(const Simulation& simulation, const SimulationSetup& placed
 
 TEST_CASE(
     "from presets alone powder runs down through a gap, and ice crust bears itself and breaks into pieces",
-    "[physics]") {
+    "[physics][figure]") {
+  Curve curve("bridge", "series,time_s,sag_m");
   const SimulationSetup powder = bridge(find_preset("powder").material);
   const SimulationSetup crust = bridge(find_preset("ice_crust").material);
   Simulation soft(best_kernels(), powder), hard(best_kernels(), crust);
-  soft.advance_to(0.28, kNeverStop);
-  hard.advance_to(0.28, kNeverStop);
+  const auto advance = [&](int from, int to) {  // in parts of 0.04 s
+    for (int k = from; k <= to; ++k) {
+      soft.advance_to(0.04 * k, kNeverStop);
+      hard.advance_to(0.04 * k, kNeverStop);
+      curve.add("powder", {0.04 * k, sag(soft, powder)});
+      curve.add("ice_crust", {0.04 * k, sag(hard, crust)});
+    }
+  };
+  advance(1, 7);
   CHECK(sag(soft, powder) > 0.1);
   CHECK(sag(hard, crust) < 0.2 * kDx);
-  soft.advance_to(0.8, kNeverStop);
-  hard.advance_to(0.8, kNeverStop);
+  advance(8, 20);
   CHECK(sag(hard, crust) > 0.1);            // it is broken,
   CHECK(kept_together(hard, crust) > 0.4);  // into pieces that are whole
   CHECK(kept_together(soft, powder) < 0.2);
 }
 
 // Through one scene of the repository, at its quick size.
-TEST_CASE("each preset lasts five seconds of a thrown ball at the automatic dt", "[physics]") {
+TEST_CASE("each preset lasts five seconds of a thrown ball at the automatic dt", "[physics][figure]") {
+  Curve curve("five_seconds", "series,time_s,energy");
   for (const std::string& preset : preset_names()) {
     ReadOptions options;
     options.quick = true;
@@ -112,6 +121,7 @@ TEST_CASE("each preset lasts five seconds of a thrown ball at the automatic dt",
       REQUIRE(std::isfinite(energy(now)));
       REQUIRE(now.mass == Approx(start.mass).epsilon(1e-6));
       REQUIRE(energy(now) < 1.005 * energy(start));
+      curve.add(preset, {0.1 * i, energy(now) / energy(start)});
     }
     simulation.snapshot(snapshot);
     bool finite = true, above = true;

@@ -12,7 +12,7 @@ using namespace firn::test;
 namespace {
 
 constexpr double kDx = 0.03;
-constexpr double kRadius = 0.15, kLayer = 2 * kDx;  // m
+constexpr double kRadius = 0.15, kLayer = 0.06;  // m
 constexpr double kTilt = 30 * M_PI / 180;
 constexpr double kSpeed = 1.2;  // m/s, at the start, rolling
 
@@ -32,16 +32,16 @@ Material sticky_layer() {
   return m;
 }
 
-SimulationSetup slope(const Material& layer) {
+SimulationSetup slope(const Material& layer, double dx = kDx) {
   SimulationSetup setup;
-  setup.dx = kDx;
+  setup.dx = dx;
   setup.gravity = 9.81 * Vec3(std::sin(kTilt), -std::cos(kTilt), 0);
   const Vec3 center(0.3, kLayer + kRadius, 0);
-  PlacedSnow snow = ball(center, kRadius, kDx, pressed_ball(), Vec3(kSpeed, 0, 0));
+  PlacedSnow snow = ball(center, kRadius, dx, pressed_ball(), Vec3(kSpeed, 0, 0));
   for (std::size_t i = 0; i < snow.position.size(); ++i)
     snow.velocity[i] += Vec3(0, 0, -kSpeed / kRadius).cross(snow.position[i] - center);
   setup.snow.push_back(std::move(snow));
-  setup.snow.push_back(fill(Vec3(0, 0, -0.27), Vec3(2.4, kLayer, 0.27), kDx, 2, layer));
+  setup.snow.push_back(fill(Vec3(0, 0, -0.27), Vec3(2.4, kLayer, 0.27), dx, 2, layer));
   setup.colliders.push_back(plane(Vec3::Zero(), Vec3(0, 1, 0), Contact::separating, 1.0));
   return setup;
 }
@@ -116,6 +116,14 @@ TEST_CASE("a ball that rolls down a slope of sticky snow winds it up and grows b
   }
   CHECK(last.center.x() < 0.3 + 1.4);
   CHECK(last.grown > 0.25);
+  if (!makes_figures()) return;
+  Simulation finer(best_kernels(), slope(sticky_layer(), kDx / 2));
+  for (int k = 1; k <= 18; ++k) {
+    finer.advance_to(0.05 * k, kNeverStop);
+    const Rolling r = rolling(finer, mass(setup.snow[0]), sticky_layer());
+    curve.add("half the cell", {r.center.x() - setup.snow[0].position[0].x(), r.grown,
+                                r.spin * r.center.y() / r.velocity.x()});
+  }
 }
 
 TEST_CASE(
@@ -133,7 +141,7 @@ TEST_CASE(
       const Rolling r = rolling(simulation, mass(setup.snow[0]), layer);
       CHECK(r.grown < 0.1);
       curve.add(
-          layer.model == MaterialModel::snow ? "no cohesion" : "powder",
+          layer.model == kKindOf<kernels::Snow> ? "no cohesion" : "powder",
           {r.center.x() - setup.snow[0].position[0].x(), r.grown, r.spin * r.center.y() / r.velocity.x()});
     }
     CHECK(rolling(simulation, mass(setup.snow[0]), layer).grown < 0.05);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "src/core/error.h"
@@ -66,6 +68,26 @@ SimulationSetup deep_snow(double dx, int cells) {
   return setup;
 }
 
+// Distance from the plane of contact (m) and density (kg/m^3) of all particles of two balls, 12 ms after they
+// meet; nearest first.
+std::vector<std::pair<double, float>> met_balls(double dx) {
+  SimulationSetup setup;
+  setup.dx = dx;
+  setup.gravity = Vec3::Zero();
+  const double radius = 0.06;
+  setup.snow.push_back(ball(Vec3(-0.065, 0, 0), radius, setup.dx, Material{}, Vec3(4, 0, 0)));
+  setup.snow.push_back(ball(Vec3(0.065, 0, 0), radius, setup.dx, Material{}, Vec3(-4, 0, 0)));
+  Simulation simulation(best_kernels(), setup);
+  simulation.advance_to(0.012, kNeverStop);
+  Snapshot snow;
+  simulation.snapshot(snow);
+  std::vector<std::pair<double, float>> along;
+  for (std::size_t i = 0; i < snow.size(); ++i)
+    along.emplace_back(std::abs(snow.world_position(i).x()), snow.density[i]);
+  std::sort(along.begin(), along.end());
+  return along;
+}
+
 }  // namespace
 
 TEST_CASE("thrown at the ground at the automatic dt, no preset gains energy, and packed snow does not",
@@ -90,9 +112,20 @@ TEST_CASE("thrown at the ground at the automatic dt, no preset gains energy, and
 // What the step has to hold is elastic waves: snow that yields takes their energy away, and many scenes of it
 // would bear a longer one.
 TEST_CASE("twice the automatic dt makes energy in an elastic impact, which the automatic dt does not",
-          "[physics]") {
+          "[physics][figure]") {
+  Curve curve("twice_dt", "series,time_s,energy");
+  const auto drawn = [&](const std::string& series, double speed, double part) {
+    double start = 0, next = 0;
+    return growth(elastic(), 1, speed, 0.08, part, [&](const Metrics& m) {
+      if (start == 0) start = energy(m);
+      if (m.time < next) return;
+      next += 5e-4;
+      curve.add(series, {m.time, energy(m) / start});
+    });
+  };
   for (const double speed : {1.0, 6.0}) {
-    const double once = growth(elastic(), 1, speed, 0.08, 1), twice = growth(elastic(), 1, speed, 0.08, 2);
+    const std::string at = std::to_string(std::lround(speed)) + " m/s, ";
+    const double once = drawn(at + "dt", speed, 1), twice = drawn(at + "2 dt", speed, 2);
     INFO(speed << " m/s: once " << once << ", twice " << twice);
     CHECK(once < 1.001);
     CHECK(twice > 1.005);
@@ -100,7 +133,8 @@ TEST_CASE("twice the automatic dt makes energy in an elastic impact, which the a
   CHECK(growth(Material{}, 0.6f, 4, 0.02, 2.5) > 1.005);
 }
 
-TEST_CASE("a closed system of snow that yields never has more energy than at its start", "[physics]") {
+TEST_CASE("a closed system of snow that yields never has more energy than at its start",
+          "[physics][figure]") {
   SimulationSetup setup;
   setup.dx = 0.01;
   setup.gravity = Vec3::Zero();
@@ -110,9 +144,11 @@ TEST_CASE("a closed system of snow that yields never has more energy than at its
   Simulation simulation(best_kernels(), setup);
   const double start = energy(simulation.metrics());
   double most = 0, last = start;
+  Curve curve("closed_collision", "series,time_s,energy");
   for (int frame = 1; frame <= 40; ++frame) {
     REQUIRE(simulation.advance_to(1e-3 * frame, kNeverStop));
     last = energy(simulation.metrics());
+    curve.add("two balls meet", {simulation.time(), last / start});
     most = std::max(most, last);
   }
   INFO("most / start " << most / start << ", last / start " << last / start);
@@ -120,7 +156,8 @@ TEST_CASE("a closed system of snow that yields never has more energy than at its
   CHECK(last < 0.9 * start);  // it did yield
 }
 
-TEST_CASE("snow that falls on the ground never has more energy than it was dropped with", "[physics]") {
+TEST_CASE("snow that falls on the ground never has more energy than it was dropped with",
+          "[physics][figure]") {
   SimulationSetup setup;
   setup.dx = 0.01;
   setup.sleep = false;
@@ -129,9 +166,11 @@ TEST_CASE("snow that falls on the ground never has more energy than it was dropp
   Simulation simulation(best_kernels(), setup);
   const double start = energy(simulation.metrics());
   double most = 0, last = start;
+  Curve curve("closed_fall", "series,time_s,energy");
   for (int frame = 1; frame <= 60; ++frame) {
     REQUIRE(simulation.advance_to(2e-3 * frame, kNeverStop));
     last = energy(simulation.metrics());
+    curve.add("a ball on the ground", {simulation.time(), last / start});
     most = std::max(most, last);
   }
   INFO("most / start " << most / start << ", last / start " << last / start);
@@ -139,31 +178,29 @@ TEST_CASE("snow that falls on the ground never has more energy than it was dropp
   CHECK(last < 0.5 * start);
 }
 
-TEST_CASE("two balls that meet are packed where they met, not on their far sides", "[physics]") {
-  SimulationSetup setup;
-  setup.dx = 0.01;
-  setup.gravity = Vec3::Zero();
-  const double radius = 0.06;
-  setup.snow.push_back(ball(Vec3(-0.065, 0, 0), radius, setup.dx, Material{}, Vec3(4, 0, 0)));
-  setup.snow.push_back(ball(Vec3(0.065, 0, 0), radius, setup.dx, Material{}, Vec3(-4, 0, 0)));
-  Simulation simulation(best_kernels(), setup);
-  simulation.advance_to(0.012, kNeverStop);
-  Snapshot snow;
-  simulation.snapshot(snow);
-  std::vector<std::pair<double, float>> along;  // distance from the plane of contact, density
-  for (std::size_t i = 0; i < snow.size(); ++i)
-    along.emplace_back(std::abs(snow.world_position(i).x()), snow.density[i]);
-  std::sort(along.begin(), along.end());
-  const auto mean = [&](std::size_t begin, std::size_t end) {
-    double sum = 0;
-    for (std::size_t i = begin; i < end; ++i) sum += along[i].second;
-    return sum / static_cast<double>(end - begin);
-  };
-  const std::size_t tenth = along.size() / 10;
-  const double near = mean(0, tenth), far = mean(along.size() - tenth, along.size());
-  INFO("near " << near << ", far " << far << " kg/m^3");
-  CHECK(near > 1.2 * 400);
-  CHECK(far < 1.05 * 400);
+TEST_CASE("two balls that meet are packed where they met, not on their far sides", "[physics][figure]") {
+  Curve curve("met_balls", "series,distance_m,density");
+  constexpr std::size_t kParts = 30;  // of equal mass
+  for (const double dx : makes_figures() ? std::vector{0.01, 0.005} : std::vector{0.01}) {
+    const auto along = met_balls(dx);
+    const auto mean = [&](std::size_t begin, std::size_t end) {
+      std::pair<double, double> sum;
+      for (std::size_t i = begin; i < end; ++i) {
+        sum.first += along[i].first / static_cast<double>(end - begin);
+        sum.second += along[i].second / static_cast<double>(end - begin);
+      }
+      return sum;
+    };
+    for (std::size_t k = 0; k < kParts; ++k) {
+      const auto [distance, density] = mean(along.size() * k / kParts, along.size() * (k + 1) / kParts);
+      curve.add(dx == 0.01 ? "as tested" : "half the cell", {distance, density});
+    }
+    const std::size_t tenth = along.size() / 10;
+    const double near = mean(0, tenth).second, far = mean(along.size() - tenth, along.size()).second;
+    INFO("near " << near << ", far " << far << " kg/m^3");
+    CHECK(near > 1.2 * 400);
+    CHECK(far < 1.05 * 400);
+  }
 }
 
 TEST_CASE("snow under its own weight yields from the depth where theta_c is reached", "[physics][figure]") {
@@ -214,7 +251,7 @@ TEST_CASE("the work of a plate that packs snow slowly is elastic energy and plas
           "[physics][figure]") {
   Curve curve("packing", "series,time_s,work_J,elastic_J,plastic_J");
   Material clay;
-  clay.model = MaterialModel::cam_clay;
+  clay.model = kKindOf<kernels::CamClay>;
   clay.compressive_strength = 500;
   clay.hardening = 1;
   const Material materials[] = {Material{}, clay, find_preset("packed").material};
@@ -254,9 +291,16 @@ TEST_CASE(
     "plastic work never falls, is none without yielding, and with the numerical loss closes the balance",
     "[physics][figure]") {
   Curve curve("collision", "series,time_s,kinetic_J,elastic_J,plastic_J,lost_J,momentum");
-  for (const bool plastic : {false, true}) {
+  struct Case {
+    const char* series;
+    bool plastic;
+    double dx;
+  };
+  std::vector<Case> cases = {{"elastic", false, 0.01}, {"snow", true, 0.01}};
+  if (makes_figures()) cases.push_back({"snow, half the cell", true, 0.005});
+  for (const auto& [series, plastic, dx] : cases) {
     SimulationSetup setup;
-    setup.dx = 0.01;
+    setup.dx = dx;
     setup.gravity = Vec3::Zero();
     setup.sleep = false;
     const Material material = plastic ? Material{} : elastic();
@@ -272,9 +316,8 @@ TEST_CASE(
       CHECK(m.plastic_work >= last);
       last = m.plastic_work;
       const double numerical = (start - energy(m) - m.plastic_work) / start;
-      curve.add(plastic ? "snow" : "elastic",
-                {m.time, m.kinetic_energy, m.elastic_energy, m.plastic_work, numerical * start,
-                 (m.momentum - before.momentum).norm() / (before.mass * 5)});
+      curve.add(series, {m.time, m.kinetic_energy, m.elastic_energy, m.plastic_work, numerical * start,
+                         (m.momentum - before.momentum).norm() / (before.mass * 5)});
       CHECK((m.momentum - before.momentum).norm() < 1e-5 * before.mass * 5);
       least = std::min(least, numerical);
       most = std::max(most, numerical);

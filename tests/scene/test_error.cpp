@@ -97,6 +97,8 @@ TEST_CASE("a value out of range is told the range") {
       {kBall + "jp_min = 1.5", "scene.toml:5:10: 'jp_min' is 1.5, out of range: it must be above 0 to 1"},
       {kBall + "model = \"neo_hookean\"\nsigma_max = 0.9",
        "scene.toml:6:13: 'sigma_max' is 0.9, out of range: it must be at least 1"},
+      {kBall + "model = \"neo_hookean\"\nsigma_min = 1.2",
+       "scene.toml:6:13: 'sigma_min' is 1.2, out of range: it must be above 0 to 1"},
       {kBall + "terminal_velocity = 0.0",
        "scene.toml:5:21: 'terminal_velocity' is 0.0, out of range: it must be above 0 m/s"},
       {kBall + "[time]\nframes = 0", "scene.toml:6:10: 'frames' is 0, out of range: it must be 1 to 1000000"},

@@ -68,6 +68,14 @@ TEST_CASE("two_snowballs has the sizes that are promised") {
   CHECK(quick.time.frames == 24);
 }
 
+TEST_CASE("avalanche is of at least 300,000 particles in a domain that is turned by the slope's angle") {
+  const SceneConfig scene = read_file("avalanche", false);
+  CHECK(particles(build_simulation(scene)) >= 300000);
+  const Vec3 along = scene.colliders[0].shape.normal->normalized();
+  CHECK(std::acos(along.y()) * 180 / M_PI ==
+        Approx(std::abs(scene.simulation.domain_rotation.z())).epsilon(1e-6));
+}
+
 TEST_CASE("the balls of two_snowballs are in contact by frame 8 of the quick size") {
   const SceneConfig scene = read_file("two_snowballs", true);
   const double time = 8 * scene.time.speed / scene.time.fps;

@@ -99,7 +99,7 @@ TEST_CASE("a resolved scene holds the values that were written and the defaults 
   CHECK(scene.snow[0].velocity == Vec3(0.1, -1e-7, 3e20));
   CHECK(scene.snow[0].material.density == 123.456);
   CHECK(scene.snow[0].material.critical_stretch == find_preset("wet").material.critical_stretch);
-  CHECK(scene.snow[1].material.model == MaterialModel::neo_hookean);
+  CHECK(scene.snow[1].material.model == kKindOf<kernels::NeoHookean>);
   CHECK(elastic_moduli(scene.snow[1].material).mu == Approx(1e5));
   CHECK(elastic_moduli(scene.snow[1].material).lambda == Approx(2e5));
   CHECK(scene.snow[2].shape.count == 12);
