@@ -25,13 +25,14 @@ STILLS = {
     "powder_in_sun": ("powder_in_sun", 0, [], [[]]),
     "snow_cave": ("snow_cave", 0, [], [[]]),
     "ball_lit_from_behind": ("snowball_in_sun", 0, [], [BACKLIT + size(640, 480, 32)]),
-    "avalanche": ("avalanche", 56, [], [SNOW_GROUND + [
+    "avalanche": ("avalanche", 56, [], [SNOW_GROUND + size(960, 540, 24) + [
         "camera.position=[10.5,2.6,5.5]", "camera.target=[-1.5,2.3,0]", "camera.fov=36", "light[0].azimuth=5",
-        "light[0].elevation=22", "image.detail=2"]]),
+        "light[0].elevation=22", "image.detail=2", "output.denoise=true"]]),
     "snowfall": ("snowfall_at_fence", 0, [], [[]]),
-    "boot_print": ("boot_print", 48, ["simulation.dx=0.0085"], [[
+    "boot_print": ("boot_print", 48, ["simulation.dx=0.0085"], [size(960, 540, 32) + [
         "collider.visible=false", "camera.position=[0.05,0.5,0.27]", "camera.target=[0.01,0.1,0.005]", "camera.fov=28",
-        "light[0].azimuth=-82", "light[0].elevation=20", "light[0].angular_radius=0.27", "snow.sparkle=8e6"]]),
+        "light[0].azimuth=-82", "light[0].elevation=20", "light[0].angular_radius=0.27", "snow.sparkle=4e6",
+        "output.exposure=-0.25", "output.denoise=true"]]),
     "spheres_and_smooth": ("snowball_in_sun", 0, [], [
         size(480, 480, 32) + ["image.snow_light=surface", "simulation.particles_across=50", "light[0].azimuth=60",
                               "camera.fov=22", "output.denoise=false", f"image.snow={snow}"]
