@@ -55,8 +55,9 @@ double time_flights(const kernels::TraceKernels& kernels, const SnowField& field
   for (int pass = 0; pass < kPasses; ++pass) {
     for (std::size_t k = 0; k < rays.size(); ++k) {
       RayStream flying = rays[k];
-      best[k].add(seconds_of(
-          [&] { kernels.collide(field.view(), medium, flying.view(), keys.data(), nullptr, 0, flying.size()); }));
+      best[k].add(seconds_of([&] {
+        kernels.collide(field.view(), medium, flying.view(), keys.data(), nullptr, 0, flying.size());
+      }));
     }
   }
   double sum = 0;
@@ -83,9 +84,9 @@ void run_medium(const MediumOptions& options) {
       look.extinction = optical / (kDensity * grid.view().cell);
       const double build = seconds_of([&] { field.build(grid, scene.snapshot, {look}, shape); });
       kernels::MediumField medium;
-      const double prepare = seconds_of([&] { medium = field.medium({.reference = true}); });
+      const double prepare = seconds_of([&] { medium = field.medium({.similarity = Similarity::never}); });
       const double deep = seconds_of([&] { field.medium({}); });
-      medium = field.medium({.reference = true});
+      medium = field.medium({.similarity = Similarity::never});
       const double radius =
           std::cbrt(3 * static_cast<double>(scene.snapshot.size()) / (4 * std::numbers::pi));
       const double ns =

@@ -4,6 +4,7 @@ outside its own namespace. A leaked inline function (a std:: template, say) is m
 it, and the copy that wins may hold instructions that this CPU does not have.
 
 usage: check_names.py ISA ARCHIVE [ISA ARCHIVE ...]"""
+import re
 import subprocess
 import sys
 
@@ -24,8 +25,9 @@ def belongs(name, isa):
     for prefix in ("guard variable for ", "vtable for ", "typeinfo for ", "typeinfo name for "):
         name = name.removeprefix(prefix)
     # A template instance is demangled with its return type in front; its own name follows the last blank before "(".
+    # That of a vector, "float __vector(8)", has brackets of its own.
     own = f"firn::kernels::isa_{isa}::"
-    return own in name.split("(")[0]
+    return own in re.sub(r"__vector\(\d+\)", "__vector", name).split("(")[0]
 
 
 if __name__ == "__main__":
