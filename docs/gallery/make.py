@@ -12,8 +12,6 @@ ROOT = HERE.parents[1]
 WORK = ROOT / "build/gallery"
 SNOW_GROUND = ["surface.field.albedo=[0.85,0.86,0.87]", "surface.slope.albedo=[0.82,0.84,0.86]"]
 BACKLIT = ["light[0].azimuth=172", "light[0].elevation=12", "snow.density=200", "snow.grain_radius=1e-3"]
-WHITE = ["light[0].irradiance=2.4", "light[1].zenith=0.25", "light[1].horizon=0.5", "light[1].ground=0.3",
-         "surface.lake.albedo=0.17"]
 
 
 def size(width, height, samples):
@@ -25,9 +23,9 @@ STILLS = {
     "powder_in_sun": ("powder_in_sun", 0, [], [[]]),
     "snow_cave": ("snow_cave", 0, [], [[]]),
     "ball_lit_from_behind": ("snowball_in_sun", 0, [], [BACKLIT + size(640, 480, 32)]),
-    "avalanche": ("avalanche", 56, [], [SNOW_GROUND + size(960, 540, 24) + [
-        "camera.position=[10.5,2.6,5.5]", "camera.target=[-1.5,2.3,0]", "camera.fov=36", "light[0].azimuth=5",
-        "light[0].elevation=22", "image.detail=2", "output.denoise=true"]]),
+    "avalanche": ("avalanche", 84, [], [SNOW_GROUND + size(960, 540, 24) + [
+        "camera.position=[12,3.2,7.5]", "camera.target=[-0.6,1.5,0.2]", "camera.fov=34", "light[0].azimuth=5",
+        "light[0].elevation=20", "output.exposure=-0.4", "output.denoise=true"]]),
     "snowfall": ("snowfall_at_fence", 0, [], [[]]),
     "boot_print": ("boot_print", 48, ["simulation.dx=0.0085"], [size(960, 540, 32) + [
         "collider.visible=false", "camera.position=[0.05,0.5,0.27]", "camera.target=[0.01,0.1,0.005]", "camera.fov=28",
@@ -37,8 +35,8 @@ STILLS = {
         size(480, 480, 32) + ["image.snow_light=surface", "simulation.particles_across=50", "light[0].azimuth=60",
                               "camera.fov=22", "output.denoise=false", f"image.snow={snow}"]
         for snow in ("spheres", "smooth")]),
-    "without_and_with_tint": ("snowball_in_sun", 0, [], [
-        BACKLIT + WHITE + size(400, 400, 24) + ["camera.fov=22", f"snow.tint={tint}"] for tint in (0, 1)]),
+    "without_and_with_tint": ("snow_cave", 0, [], [
+        size(320, 240, 6) + ["output.exposure=-1.1", f"snow.tint={tint}"] for tint in (0, 1)]),
     "snowball_in_sun": ("snowball_in_sun", 0, [], [[]]),
 }
 
