@@ -210,6 +210,29 @@ def weight(table):
     return plot
 
 
+def slope_weight(table):
+    plot = Plot("A block at rest on 20\N{DEGREE SIGN}: what the ground bears", "time (s)", "force / weight")
+    return against_law(plot, table, "time_s", "force_of_weight", "expected")
+
+
+def impact(table):
+    plot = Plot("A ball hits the ground: impulse of the ground, and what the ball gained", "time (s)", "momentum / mass (m/s)")
+    return against_law(plot, table, "time_s", "impulse", "expected")
+
+
+def second_law(table):
+    plot = Plot("Ground, wall and bat: acceleration by their forces, and of the momentum", "time (s)", "force / mass (m/s\N{SUPERSCRIPT TWO})")
+    return against_law(plot, table, "time_s", "from_forces", "expected")
+
+
+def thin(tables):
+    plot = Plot("Thin colliders: the snow nearest their middle plane, or past it", "time (s)", "on the right side by (cells)")
+    plot.law([0, 0.1], [0, 0], "through")
+    for ink, (name, of) in enumerate({**tables["thin_plates"], **tables["thin_blade"]}.items()):
+        plot.line(of["time_s"], of["cells_above"], ink, name)
+    return plot
+
+
 def saw(tables):
     plot = Plot("Propagation saw test: slopes below and above the layer's friction, 27\N{DEGREE SIGN}",
                 "time since the crack passed 1 m (s)", "front (m)", (0, 0.9), (0, 20))
@@ -268,7 +291,7 @@ def main(folder):
     for name, draw in (("bar", bar), ("front", front), ("twice_dt", twice_dt), ("five_seconds", five_seconds), ("met_balls", met_balls),
                        ("bridge", bridge), ("free_fall", free_fall), ("self_weight", self_weight), ("incline", incline), ("cone", cone),
                        ("yield_depth", yield_depth), ("collision", collision), ("packing", packing), ("presets", presets),
-                       ("weight", weight), ("free_body", free_body), ("rotation", rotation), ("drag", drag)):
+                       ("weight", weight), ("slope_weight", slope_weight), ("impact", impact), ("second_law", second_law), ("free_body", free_body), ("rotation", rotation), ("drag", drag)):
         draw(curves[name]).save(OUT / f"{name}.svg")
     frictions(curves).save(OUT / "frictions.svg")
     finer(curves).save(OUT / "finer.svg")
@@ -276,6 +299,7 @@ def main(folder):
     momentum(curves["collision"]).save(OUT / "momentum.svg")
     columns(curves).save(OUT / "columns.svg")
     saw(curves).save(OUT / "saw.svg")
+    thin(curves).save(OUT / "thin.svg")
     rolling(curves).save(OUT / "rolling.svg")
     slab(curves).save(OUT / "slab.svg")
     print(f"{OUT.relative_to(ROOT)}: {len(list(OUT.glob('*.svg')))} figures")

@@ -131,13 +131,21 @@ TEST_CASE("snow partly asleep weighs what it did asleep, each node counted once"
   }
 }
 
-TEST_CASE("a block that rests on a slope presses with m g cos and is held by m g sin", "[physics]") {
+TEST_CASE("a block that rests on a slope presses with m g cos and is held by m g sin", "[physics][figure]") {
+  Curve curve("slope_weight", "series,time_s,force_of_weight,expected");
   const double angle = 20 * M_PI / 180;
   SimulationSetup setup = dropped_block(kG * Vec3(std::sin(angle), -std::cos(angle), 0), 0.7);
   for (const bool sleep : {false, true}) {
     setup.sleep = sleep;
     Simulation simulation(best_kernels(), setup);
-    simulation.advance_to(1.0, kNeverStop);
+    for (int frame = 1; frame <= 20; ++frame) {
+      simulation.advance_to(0.05 * frame, kNeverStop);
+      const Metrics now = simulation.metrics();
+      const Vec3 bears = force_of(now, "ground") / (now.mass * kG);
+      const std::string which = sleep ? " (may sleep)" : " (awake)";
+      curve.add("presses" + which, {now.time, bears.y(), std::cos(angle)});
+      curve.add("holds" + which, {now.time, -bears.x(), std::sin(angle)});
+    }
     simulation.advance_to(1.2, kNeverStop);
     const Metrics m = simulation.metrics();
     const Vec3 force = force_of(m, "ground") / (m.mass * kG);
@@ -159,7 +167,9 @@ TEST_CASE("a block that slides is held back by mu times what it presses with", "
   CHECK(force.x() == Approx(-mu * force.y()).epsilon(0.002));
 }
 
-TEST_CASE("what the ground gives to a ball in an impact is the ball's change of momentum", "[physics]") {
+TEST_CASE("what the ground gives to a ball in an impact is the ball's change of momentum",
+          "[physics][figure]") {
+  Curve curve("impact", "series,time_s,impulse,expected");
   SimulationSetup setup;
   setup.dx = kDx;
   setup.gravity = Vec3::Zero();
@@ -170,7 +180,11 @@ TEST_CASE("what the ground gives to a ball in an impact is the ball's change of 
   Vec3 impulse = Vec3::Zero();
   for (int frame = 1; frame <= 20; ++frame) {
     simulation.advance_to(5e-3 * frame, kNeverStop);
-    impulse += 5e-3 * force_of(simulation.metrics(), "ground");
+    const Metrics now = simulation.metrics();
+    impulse += 5e-3 * force_of(now, "ground");
+    const Vec3 gained = now.momentum - before;
+    curve.add("upwards", {now.time, impulse.y() / now.mass, gained.y() / now.mass});
+    curve.add("along the ground", {now.time, impulse.x() / now.mass, gained.x() / now.mass});
   }
   const Vec3 change = simulation.metrics().momentum - before;
   INFO("impulse " << impulse.transpose() << ", change " << change.transpose());
@@ -238,7 +252,9 @@ TEST_CASE("a plate that presses on a bed adds its force to what the ground bears
     CHECK(force_of(loaded.metrics(), name) == force_of(simulation.metrics(), name));
 }
 
-TEST_CASE("gravity and the colliders' forces are the change of momentum, frame by frame", "[physics]") {
+TEST_CASE("gravity and the colliders' forces are the change of momentum, frame by frame",
+          "[physics][figure]") {
+  Curve curve("second_law", "series,time_s,from_forces,expected");
   Simulation simulation(best_kernels(), violent());
   Metrics last = simulation.metrics();
   Vec3 most[3] = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
@@ -250,6 +266,9 @@ TEST_CASE("gravity and the colliders' forces are the change of momentum, frame b
     const Vec3 change = now.momentum - last.momentum;
     INFO(now.time << " s: " << change.transpose() << " against " << expected.transpose());
     CHECK((change - expected).norm() < 2e-6 * now.mass * 9);  // of a speed of 9 m/s
+    const double scale = 1 / (now.mass * time);
+    curve.add("x", {now.time, expected.x() * scale, change.x() * scale});
+    curve.add("y", {now.time, expected.y() * scale, change.y() * scale});
     for (std::size_t k = 0; k < 3; ++k) most[k] = most[k].cwiseMax(now.contacts[k].force.cwiseAbs());
     last = now;
   }

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Colliders thinner than the grid can tell: no particle goes through them, at rest or moving.
+#include <sstream>
+
 #include "src/mpm/thin_colliders.h"
 #include "tests/catch.h"
+#include "tests/physics/curve.h"
 #include "tests/physics/snow.h"
 
 using namespace firn;
@@ -41,7 +44,8 @@ double through(const Simulation& simulation, const Shape& shape, const Vec3& nor
 }  // namespace
 
 TEST_CASE("fast snow does not go through a plate of a tenth of a cell, wherever it lies among the nodes",
-          "[physics]") {
+          "[physics][figure]") {
+  Curve curve("thin_plates", "series,time_s,cells_above");
   for (const double thick : {0.1, 0.9}) {
     for (const double shift : {0.0, 0.3, 0.5, 0.77}) {
       for (const double tilt : {0.0, 0.4}) {
@@ -51,7 +55,11 @@ TEST_CASE("fast snow does not go through a plate of a tenth of a cell, wherever 
         INFO("thickness " << thick << ", at " << shift << ", tilted by " << tilt);
         for (int frame = 1; frame <= 8; ++frame) {
           simulation.advance_to(0.01 * frame, kNeverStop);
-          REQUIRE(through(simulation, collider.shape, turn.col(1)) < 0);
+          const double gone = through(simulation, collider.shape, turn.col(1));
+          REQUIRE(gone < 0);
+          std::ostringstream plate_name;
+          plate_name << thick << " cells thick " << (tilt > 0 ? "(tilted)" : "(level)");
+          if (shift == 0.3) curve.add(plate_name.str(), {simulation.time(), -gone / kDx});
         }
         CHECK(simulation.metrics().momentum.y() > -0.2 * simulation.metrics().mass * 20);  // it was stopped
       }
@@ -70,7 +78,8 @@ TEST_CASE("what a thin plate takes from the snow is in its force", "[physics]") 
   CHECK((0.02 * end.contacts.at(0).force - given).norm() < 1e-3 * given.norm());
 }
 
-TEST_CASE("a thin blade sweeps a channel clean: nothing goes through it", "[physics]") {
+TEST_CASE("a thin blade sweeps a channel clean: nothing goes through it", "[physics][figure]") {
+  Curve curve("thin_blade", "series,time_s,cells_above");
   SimulationSetup setup;
   setup.dx = kDx;
   setup.colliders.push_back(plane(Vec3(0, 0.5 * kDx, 0), Vec3(0, 1, 0), Contact::separating, 0.2));
@@ -85,7 +94,9 @@ TEST_CASE("a thin blade sweeps a channel clean: nothing goes through it", "[phys
   for (int frame = 1; frame <= 10; ++frame) {
     simulation.advance_to(0.01 * frame, kNeverStop);
     const Shape now{blade.shape.form, blade.motion.pose(blade.shape.pose, simulation.time())};
-    REQUIRE(through(simulation, now, Vec3(1, 0, 0)) < 0);
+    const double gone = through(simulation, now, Vec3(1, 0, 0));
+    REQUIRE(gone < 0);
+    curve.add("blade of 0.2 cells", {simulation.time(), -gone / kDx});
   }
   CHECK(simulation.metrics().momentum.x() > 0.3 * simulation.metrics().mass);
 }
