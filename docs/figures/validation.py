@@ -78,7 +78,7 @@ def finer(tables):
             parts = [log10(max(e, 1e-9) / a) for e, a in zip(of["error"], of["allowed"])]
             ink = len(plot.legend) - 1
             plot.line(cells, parts, ink)
-            plot.points(cells, parts, ink, series.replace(" degrees", "\N{DEGREE SIGN}"))
+            plot.points(cells, parts, ink, series.replace(" degrees", "\N{DEGREE SIGN}").replace("height, ", ""))
     return plot
 
 
@@ -138,8 +138,9 @@ def cone(table):
     for ink, (name, of) in enumerate(table.items()):
         plot.law(of["radius_m"], of["start_m"], None if ink else "as placed", ink)
         angle, start = name.split(" from ")
-        plot.line(of["radius_m"], of["height_m"], ink,
-                  f"{angle}\N{DEGREE SIGN}: {start} \N{RIGHTWARDS ARROW} {of['found_degrees'][0]:.1f}\N{DEGREE SIGN}")
+        start, *finer = start.split(" ", 1)
+        plot.line(of["radius_m"], of["height_m"], ink, f"{angle}\N{DEGREE SIGN}: {start} \N{RIGHTWARDS ARROW} "
+                  f"{of['found_degrees'][0]:.1f}\N{DEGREE SIGN}{' (finer)' if finer else ''}")
     return plot
 
 

@@ -26,7 +26,7 @@ class Curve {
 
   void add(const std::string& series, std::initializer_list<double> values) {
     if (!out_.is_open()) return;
-    out_ << series;
+    out_ << '"' << series << '"';  // it may have commas
     for (const double value : values) out_ << ',' << value;
     out_ << '\n';
   }
