@@ -30,7 +30,7 @@ void Flights::fly(RayStream& rays, const RayMarks& marks, bool first, std::vecto
   arrivals.resize(count);
   // Most flights end in snow after a few cells: what they meet there shortens the search for all else.
   if (inside_) {
-    if (world_.walks) {
+    if (world_.walks()) {
       world_.kernels.wander(world_.field.view(), world_.snow, rays.walks(), marks.key.data(),
                             marks.share.data(), 0, count);
     } else {
@@ -53,7 +53,7 @@ void Flights::fly(RayStream& rays, const RayMarks& marks, bool first, std::vecto
         arrival.unlit = (rays.hit(i) & kernels::kUnlit) != 0;
       }
     }
-    if (inside_ && world_.walks) {
+    if (inside_ && world_.walks()) {
       arrival.scattered = rays.scattered(i);
       if (arrival.scattered > 0) arrival.lit = world_.snow.lit[rays.last_depth(i)];
     }

@@ -42,7 +42,9 @@ struct World {
   const SnowField& field;
   const kernels::MediumField& snow;  // what of it scatters
   const ImageSettings& image;
-  bool walks;  // rays of share < 1 scatter in the snow on their way
+  Similarity similarity;
+
+  bool walks() const { return similarity == Similarity::by_collisions; }  // rays of share < 1 do
 };
 
 // What flights know of each ray beside its geometry.

@@ -45,10 +45,7 @@ Similarity similarity_of(const ImageSettings& image) {
 }
 
 TilePaths::TilePaths(const View& view)
-    : view_(view),
-      ways_(ways_of(view.setup.image)),
-      similarity_(similarity_of(view.setup.image)),
-      reduced_share_(1 - view.grains.of(0, false).g) {}
+    : view_(view), ways_(ways_of(view.setup.image)), reduced_share_(1 - view.grains.of(0, false).g) {}
 
 std::uint64_t TilePaths::trace(const Tile& tile, std::uint32_t first, std::uint32_t last,
                                const PixelSet& wanted, Film& film) {
@@ -133,7 +130,7 @@ bool TilePaths::fly(bool first) {
 
 // Whether the snow is thinner and scatters evenly from here on.
 bool TilePaths::is_reduced(const Subpath& subpath) const {
-  return similarity_ == Similarity::by_collisions && subpath.reduced;
+  return view_.world.similarity == Similarity::by_collisions && subpath.reduced;
 }
 
 // Where objects differ, the nearest particle tells whose snow it is.
@@ -200,7 +197,7 @@ TilePaths::Vertex TilePaths::arrive(Subpath& subpath, std::size_t ray) const {
   } else if (arrival.what == Meets::snow_surface) {
     become_surface(vertex, ray, subpath);
   } else {
-    const bool deep = arrival.depth > 0 && similarity_ == Similarity::by_depth;
+    const bool deep = arrival.depth > 0 && view_.world.similarity == Similarity::by_depth;
     const SnowGrain& grain = grain_at(vertex.p, is_reduced(subpath) || deep);
     vertex.g = grain.g;
     if (deep) {
@@ -208,7 +205,7 @@ TilePaths::Vertex TilePaths::arrive(Subpath& subpath, std::size_t ray) const {
       const PathRandom& random = paths_[subpath.path].random;
       vertex.connects = random.pair(kEyes + pair_of(subpath.vertices + 1, kChoiceOfLight)).v < kLitDeep;
     } else if (is_reduced(subpath)) {
-      vertex.lit = kLit[arrival.depth];
+      vertex.lit = view_.world.snow.lit[arrival.depth];
       vertex.connects = !arrival.unlit;
     }
     subpath.reduced = subpath.reduced || arrival.thick;

@@ -139,7 +139,7 @@ class TilePaths {
              Vec3f& direction) const;
   const SnowGrain& grain_at(const Vec3f& p, bool reduced) const;
   bool is_reduced(const Subpath& subpath) const;
-  float counted(float lit) const { return similarity_ == Similarity::by_collisions ? lit : 1; }
+  float counted(float lit) const { return view_.world.walks() ? lit : 1; }
   void walk_on(Subpath& subpath, const Arrival& arrival) const;
 
   void link(const Vec3f& from, const Vec3f& direction, float distance, const Brings& brings);
@@ -153,7 +153,6 @@ class TilePaths {
 
   const View& view_;
   Ways ways_;
-  Similarity similarity_;
   float reduced_share_;  // of the snow's extinction
   std::uint64_t rays_traced_ = 0;
   std::vector<Path> paths_;

@@ -130,9 +130,7 @@ struct Renderer::State {
   }
 
   World world() const {
-    return {kernels,    objects,     lights,
-            media,      grid,        snow,
-            scattering, setup.image, similarity_of(setup.image) == Similarity::by_collisions};
+    return {kernels, objects, lights, media, grid, snow, scattering, setup.image, similarity_of(setup.image)};
   }
 
   // Adds a range of samples of the world as it was built last.

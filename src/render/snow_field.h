@@ -37,10 +37,6 @@ struct SnowOptics {
   std::function<bool(const Vec3f& low, const Vec3f& high)> shared = nullptr;
 };
 
-// by_collisions: the chance that a collision is connected to lights, by the class of its cell's depth. What
-// arrives there directly fades as exp(-depth), and the best chance by its root.
-inline constexpr float kLit[8] = {1, 0.7f, 0.5f, 0.25f, 0.1f, 0.05f, 0.05f, 0.05f};
-
 class SnowField {
  public:
   explicit SnowField(const kernels::TraceKernels& kernels) : kernels_(kernels) {}
@@ -108,8 +104,6 @@ class SnowField {
   std::size_t around(std::size_t slot, int k) const;
   void all_around(std::size_t slot, std::size_t slots[27]) const;
   void measure_strays(const Snapshot& snapshot, const std::vector<SnowLook>& looks);
-  std::vector<std::uint64_t> find_deep(const std::vector<std::array<std::size_t, 6>>& beside,
-                                       const std::vector<float>& density, float depth_of_density) const;
   void mark_depth(const std::vector<std::uint64_t>& cells, std::uint32_t its);
   bool find_depths(const std::vector<float>& density, const SnowOptics& optics);
   void mark_shared(const SnowOptics& optics);

@@ -21,6 +21,10 @@ constexpr float kDepths[] = {0.4f, 0.8f, 1.6f, 3, 5};  // reduced mean free path
 constexpr std::size_t kMostLayers = 8;                 // cells; where more would be needed, none is deep
 constexpr int kThick = 4;                              // the class of which there is some in thick snow
 
+// by_collisions: the chance that a collision is connected to lights, by the class of its cell's depth. What
+// arrives there directly fades as exp(-depth), and the best chance by its root.
+constexpr float kLit[kernels::kClass + 1] = {1, 0.7f, 0.5f, 0.25f, 0.1f, 0.05f, 0.05f, 0.05f};
+
 std::uint32_t kind_of(const std::vector<std::uint32_t>& kinds, std::size_t cell) {
   return kinds[cell >> 3] >> (4 * (cell & 7)) & 15;
 }
@@ -75,6 +79,28 @@ float least(const std::vector<float>& field, std::size_t cell) {
   return value;
 }
 
+// The cells of each brick that lie deep. Of n layers, each of a depth of at least 1 / n, in steps of one
+// layer: what is left of their cells when the outermost n are taken off is deep. A cell's depth is what it
+// has of `thinnest` times `scale`.
+std::vector<std::uint64_t> find_deep(const Beside& beside, const std::vector<float>& thinnest, float scale) {
+  const std::size_t slots = beside.size();
+  std::vector<std::array<std::uint64_t, kMostLayers>> thick(slots);
+  parallel_for(slots, 32, [&](std::size_t slot) {
+    for (std::size_t c = 0; c < kCellsPerBrick; ++c) {
+      const float depth = scale * thinnest[slot * kCellsPerBrick + c];
+      for (std::size_t n = 0; n < kMostLayers; ++n)
+        thick[slot][n] |= std::uint64_t{depth * static_cast<float>(n + 1) >= 1} << c;
+    }
+  });
+  std::vector<std::uint64_t> deep(slots), left(slots);
+  for (std::size_t n = 0; n < kMostLayers; ++n) {
+    for (std::size_t slot = 0; slot < slots; ++slot) left[slot] = thick[slot][n];
+    change_cells(Change::erode, n + 1, beside, left);
+    for (std::size_t slot = 0; slot < slots; ++slot) deep[slot] |= left[slot];
+  }
+  return deep;
+}
+
 }  // namespace
 
 float SnowField::majorant(std::size_t cell) const { return most(density_, cell); }
@@ -92,31 +118,6 @@ void SnowField::measure_strays(const Snapshot& snapshot, const std::vector<SnowL
     const double room = 4 * std::numbers::pi / 3 * std::pow(static_cast<double>(grid_->radius(s)), 3);
     stray_extinction_[k] = static_cast<float>(snapshot.volume0[i] * look.density * look.extinction / room);
   }
-}
-
-// The cells of each brick that lie deep. Of n layers, each of a depth of at least 1 / n, in steps of one
-// layer: what is left of their cells when the outermost n are taken off is deep. A cell's depth is its
-// density times `depth_of_density`.
-std::vector<std::uint64_t> SnowField::find_deep(const Beside& beside, const std::vector<float>& density,
-                                                float depth_of_density) const {
-  const std::size_t slots = beside.size();
-  std::vector<std::array<std::uint64_t, kMostLayers>> thick(slots);
-  parallel_for(slots, 32, [&](std::size_t slot) {
-    for (std::size_t c = 0; c < kCellsPerBrick; ++c) {
-      const std::size_t cell = slot * kCellsPerBrick + c;
-      if ((kind_of(kind_, cell) & 3) != kernels::kInside) continue;
-      const float depth = depth_of_density * least(density, cell);
-      for (std::size_t n = 0; n < kMostLayers; ++n)
-        thick[slot][n] |= std::uint64_t{depth * static_cast<float>(n + 1) >= 1} << c;
-    }
-  });
-  std::vector<std::uint64_t> deep(slots), left(slots);
-  for (std::size_t n = 0; n < kMostLayers; ++n) {
-    for (std::size_t slot = 0; slot < slots; ++slot) left[slot] = thick[slot][n];
-    change_cells(Change::erode, n + 1, beside, left);
-    for (std::size_t slot = 0; slot < slots; ++slot) deep[slot] |= left[slot];
-  }
-  return deep;
 }
 
 // Adds `its` to the words of the cells.
@@ -137,11 +138,15 @@ bool SnowField::find_depths(const std::vector<float>& density, const SnowOptics&
     for (std::size_t k = 0; k < 6; ++k)
       beside[slot][k] = around(slot, k % 2 == 0 ? 13 - kNext[k / 2] : 13 + kNext[k / 2]);
   });
+  std::vector<float> thinnest(slots * kCellsPerBrick);  // the least density of a cell that is all snow, or 0
+  parallel_for(thinnest.size(), 4096, [&](std::size_t cell) {
+    if ((kind_of(kind_, cell) & 3) == kernels::kInside) thinnest[cell] = least(density, cell);
+  });
   const bool by_depth = optics.similarity == Similarity::by_depth;
   const float in_cell = grid_->view().cell * extinction_;
   for (int its = 1; its <= (by_depth ? 1 : static_cast<int>(std::size(kDepths))); ++its) {
     const float path = by_depth ? kSimilar : kDepths[its - 1] / (1 - optics.g);
-    std::vector<std::uint64_t> deep = find_deep(beside, density, in_cell / path);
+    std::vector<std::uint64_t> deep = find_deep(beside, thinnest, in_cell / path);
     if (std::all_of(deep.begin(), deep.end(), [](std::uint64_t cells) { return cells == 0; })) return its > 1;
     mark_depth(deep, 1);
     if (its != kThick) continue;
