@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The integrators at equal error: seconds x mean squared error of each on the scenes of bench/integrators, of which the
 least is best. Errors come from pictures of different seeds, half of their mean squared difference, so they know nothing
-of an integrator's bias; the pictures' means are printed for that. Seconds are those of the tracing of a frame, the
-choice of `auto` included, the reading and gridding of the snow left out. For a quiet machine; takes some minutes.
+of an integrator's bias; the pictures' means are printed for that. Seconds are those of a frame's tracing, the least of
+the seeds', with the gridding of the snow and the choice of `auto`. For a quiet machine; takes some minutes.
 
 usage: integrators.py FIRN [--threads N] [--seeds N] [--integrators A,B] [--set KEY=VALUE]... [SCENE...]"""
 import argparse
@@ -20,7 +20,7 @@ SCENES = Path(__file__).resolve().parent / "integrators"
 SAMPLES = {
     "sun_on_slab": {"path": 32, "bidirectional": 4, "light": 8},
     "ball_lit_from_behind": {"path": 64, "bidirectional": 8, "light": 32},
-    "lamp_in_cave": {"path": 16, "bidirectional": 1, "light": 8},
+    "lamp_in_cave": {"path": 8, "bidirectional": 1, "light": 8},
     "snowball_in_cornell_box": {"path": 32, "bidirectional": 4, "light": 32},
     "lamp_to_ceiling": {"path": 64, "bidirectional": 32, "light": 64},
 }
@@ -46,7 +46,7 @@ def measure(firn, name, integrator, seeds, settings):
     with tempfile.TemporaryDirectory() as folder:
         runs = [render(firn, SCENES / f"{name}.toml", seed, settings, folder) for seed in range(1, seeds + 1)]
     pictures = [run[0] for run in runs]
-    seconds = statistics.mean(run[1] for run in runs)
+    seconds = min(run[1] for run in runs)
     pairs = itertools.combinations(pictures, 2)
     square = statistics.mean(sum((x - y) ** 2 for x, y in zip(a, b)) / (2 * len(a)) for a, b in pairs)
     mean = statistics.mean(sum(values) / len(values) for values in pictures)
