@@ -35,6 +35,7 @@ RenderSetup setup_of(const SphereOptions& options) {
   setup.image.integrator = integrator_of(options.integrator);
   setup.image.max_bounces = 50;
   setup.image.light_bounces = 15;
+  setup.image.filter = FilterKind::box;
   Medium medium;
   medium.shape.form = Ball{1};
   medium.sigma_s = Vec3f(2.55f, 3.21f, 3.77f);

@@ -230,11 +230,11 @@ bool TilePaths::leave(Subpath& subpath, const Vertex& vertex, Carries carries, s
                       Vec3f& direction) const {
   const PathRandom& random = paths_[subpath.path].random;
   const Sample2 at = random.pair(stream + pair_of(subpath.vertices, kScattering));
-  const Sample2 other = random.pair(stream + pair_of(subpath.vertices, kLobeAndRoulette));
+  const auto other = [&] { return random.pair(stream + pair_of(subpath.vertices, kLobeAndRoulette)); };
   float reverse = 0;
   if (vertex.on_surface) {
     Scattered scattered;
-    if (!scatter(vertex.surface, vertex.back, other.u, at, carries, scattered)) return false;
+    if (!scatter(vertex.surface, vertex.back, other().u, at, carries, scattered)) return false;
     direction = scattered.direction;
     subpath.beta = subpath.beta.cwiseProduct(scattered.weight);
     subpath.density = scattered.pdf;
@@ -251,7 +251,7 @@ bool TilePaths::leave(Subpath& subpath, const Vertex& vertex, Carries carries, s
   subpath.spread = subpath.spread || !vertex.specular;
   const float left = subpath.beta.cwiseProduct(view_.tint(subpath.ice)).maxCoeff() / subpath.brightness;
   if (left >= kRouletteBelow) return true;
-  if (!(other.v * kRouletteBelow < left)) return false;
+  if (!(other().v * kRouletteBelow < left)) return false;
   subpath.beta *= kRouletteBelow / left;
   return true;
 }
