@@ -14,6 +14,7 @@
 #include "bench/preview.h"
 #include "bench/resting.h"
 #include "bench/sim.h"
+#include "bench/sphere.h"
 #include "bench/trace.h"
 #include "src/core/error.h"
 
@@ -46,7 +47,10 @@ constexpr const char* kUsage =
     "  flights of light through a ball of snow from collision to collision, on one thread\n"
     "usage: firn-bench preview [--particles N] [--shape ball|slab] [--threads T] [--isa I] [--repeats R]\n"
     "                          [--clock wall|cpu] [--json FILE]\n"
-    "  a frame of the preview, 960 x 540 pixels, and each of its stages; the best of R frames\n";
+    "  a frame of the preview, 960 x 540 pixels, and each of its stages; the best of R frames\n"
+    "usage: firn-bench sphere [--integrator bidirectional|path] [--samples S] [--threads T] [--isa I]\n"
+    "                         [--repeats R] [--json FILE]\n"
+    "  paths of light through a homogeneous sphere, 128 x 128 pixels; the best of R pictures\n";
 
 double positive(const std::string& option, const char* text) {
   char* end = nullptr;
@@ -166,6 +170,20 @@ int preview(int argc, char** argv) {
   return 0;
 }
 
+int sphere(int argc, char** argv) {
+  firn::bench::SphereOptions o;
+  Options options;
+  options.takes = {{"--integrator", word(o.integrator)},
+                   {"--samples", number("--samples", o.samples)},
+                   {"--threads", number("--threads", o.threads)},
+                   {"--isa", word(o.isa)},
+                   {"--repeats", number("--repeats", o.repeats)},
+                   {"--json", word(o.json)}};
+  options.read(argc, argv);
+  firn::bench::run_sphere(o);
+  return 0;
+}
+
 int trace(int argc, char** argv) {
   firn::bench::TraceOptions o;
   Options options;
@@ -191,7 +209,8 @@ int main(int argc, char** argv) {
   }
   const std::map<std::string, int (*)(int, char**)> commands = {{"sim", sim},         {"kernels", kernels},
                                                                 {"resting", resting}, {"trace", trace},
-                                                                {"medium", medium},   {"preview", preview}};
+                                                                {"medium", medium},   {"preview", preview},
+                                                                {"sphere", sphere}};
   const auto command = commands.find(argc < 2 ? "" : argv[1]);
   if (command == commands.end()) {
     std::fputs(kUsage, stderr);

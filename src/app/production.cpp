@@ -154,7 +154,13 @@ bool Production::trace(int frame, FrameSlot& slot, const std::atomic<bool>& stop
   progress_.begin(Progress::trace, frame);
   RenderStats stats;
   if (!renderer->render(slot.snapshot, slot.picture, stats, stop)) return false;
+  std::string integrator = name_of(stats.choice.integrator);
+  if (!stats.choice.why.empty()) {
+    integrator += ": " + stats.choice.why;
+    progress_.say("Frame " + std::to_string(frame) + " by " + integrator);
+  }
   const std::lock_guard lock(mutex_);
+  in_flight_[frame].record.integrator = integrator;
   in_flight_[frame].record.trace_seconds = watch.seconds();
   in_flight_[frame].record.rays = stats.rays;
   in_flight_[frame].record.mean_samples = stats.mean_samples;

@@ -49,6 +49,7 @@ void frame_fields(R& r, F&& field) {
   field("write_s", r.write_seconds);
   field("rays", r.rays);
   field("samples_per_pixel", r.mean_samples);
+  field("integrator", r.integrator);
   field("particle_steps", r.particle_steps);
   field("metrics", r.metrics);
   field("particles_hash", r.particles_hash);

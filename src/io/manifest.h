@@ -17,6 +17,7 @@ struct FrameRecord {
   double simulate_seconds = 0, trace_seconds = 0, write_seconds = 0;
   std::uint64_t rays = 0;
   double mean_samples = 0;           // a pixel
+  std::string integrator;            // that made the picture; of auto, also why
   std::uint64_t particle_steps = 0;  // of this frame alone
   Metrics metrics;
   std::string particles_hash;                              // of the snapshot's columns

@@ -164,7 +164,7 @@ void TilePaths::see_snow() {
   const bool inside = view_.setup.image.snow_light == SnowLight::inside;
   if (inside) {
     Flights(view_.world).find_surface(rays_, true);
-    rays_traced_ += rays_.size();
+    work_.rays += rays_.size();
   }
   for (std::size_t ray = 0; ray < rays_.size(); ++ray) {
     const std::uint32_t hit = rays_.hit(ray);

@@ -9,6 +9,7 @@ constexpr std::uint64_t kOtherMedia = 0x6d656469612e2e2eull;  // a stream of ran
 }  // namespace
 
 void Flights::find_surface(RayStream& rays, bool first) const {
+  if (world_.grid.size() == 0) return;
   if (world_.image.snow == SnowShape::smooth) {
     world_.kernels.surface_closest(world_.field.view(), world_.field.surface(), rays.view(), 0, rays.size());
   } else {
@@ -18,6 +19,7 @@ void Flights::find_surface(RayStream& rays, bool first) const {
 }
 
 void Flights::find_shadow(RayStream& rays) const {
+  if (world_.grid.size() == 0) return;
   if (world_.image.snow == SnowShape::smooth) {
     world_.kernels.surface_occluded(world_.field.view(), world_.field.surface(), rays.view(), 0, rays.size());
   } else {
@@ -66,13 +68,13 @@ void Flights::fly(RayStream& rays, const RayMarks& marks, bool first, std::vecto
     }
     if (world_.lights.hit(o, d, t, arrival.light)) arrival.what = Meets::light;
     if (!world_.media.empty()) {
-      const auto found = world_.media.collide(o, d, t, marks.key[i] ^ kOtherMedia);
-      if (found.medium >= 0) {
-        t = found.t;
+      const auto flight = world_.media.fly(o, d, t, marks.key[i] ^ kOtherMedia);
+      if (flight.medium >= 0) {
+        t = flight.t;
         arrival.what = Meets::medium;
-        arrival.medium = found.medium;
+        arrival.medium = flight.medium;
       }
-      arrival.weight = world_.media.weight(o, d, t, arrival.medium);
+      arrival.weight = flight.weight;
     }
     if (arrival.what == Meets::nothing) arrival.light = world_.lights.escape(o, d);
   }

@@ -2,6 +2,7 @@
 #include "src/render/media.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -15,11 +16,13 @@
 namespace firn {
 namespace {
 
+constexpr std::size_t kKeptSpans = 8;  // media beyond are met twice
+
 Span inside_shape(const Medium& medium, const Pose& pose, const Vec3f& o, const Vec3f& d) {
   const Shape& shape = medium.shape;
-  const Vec3 from = pose.rotation.transpose() * (o.cast<double>() - pose.translation);
-  const Vec3 along = pose.rotation.transpose() * d.cast<double>();
-  if (const auto* ball = std::get_if<Ball>(&shape.form)) return inside(*ball, from, along);
+  const Vec3 moved = o.cast<double>() - pose.translation;
+  if (const auto* ball = std::get_if<Ball>(&shape.form)) return inside(*ball, moved, d.cast<double>());
+  const Vec3 from = pose.rotation.transpose() * moved, along = pose.rotation.transpose() * d.cast<double>();
   if (const auto* box = std::get_if<Box>(&shape.form)) return inside(*box, from, along);
   if (const auto* cylinder = std::get_if<Cylinder>(&shape.form)) return inside(*cylinder, from, along);
   if (const auto* capsule = std::get_if<Capsule>(&shape.form)) return inside(*capsule, from, along);
@@ -37,7 +40,26 @@ Span inside_shape(const Medium& medium, const Pose& pose, const Vec3f& o, const 
 Vec3 extinction(const Medium& medium) { return (medium.sigma_s + medium.sigma_a).cast<double>(); }
 
 Vec3 fading(const Vec3& depth) {
-  return {portable_exp(-depth[0]), portable_exp(-depth[1]), portable_exp(-depth[2])};
+  const auto through = [](double depth) { return depth == 0 ? 1.0 : portable_exp(-depth); };
+  return {through(depth[0]), through(depth[1]), through(depth[2])};
+}
+
+// Adds the optical depth of what lies in `span` before `reach`.
+void cross(const Span& span, double reach, const Medium& medium, Vec3& depth) {
+  const double length = std::min(span.out, reach) - std::max(span.in, 0.0);
+  if (span.empty() || !(length > 0)) return;
+  const Vec3 sigma = extinction(medium);
+  for (int c = 0; c < 3; ++c) depth[c] += sigma[c] > 0 ? length * sigma[c] : 0;  // the length may be infinite
+}
+
+// Throughput by density of a flight over this optical depth, its channel drawn evenly from the three; to a
+// collision in `medium`, or unhindered.
+Vec3f weight(Vec3 depth, const Medium* medium) {
+  depth.array() -= depth.minCoeff();  // a common factor cancels
+  const Vec3 left = fading(depth);
+  if (!medium) return (left / left.mean()).cast<float>();
+  const Vec3 density = left.cwiseProduct(extinction(*medium));
+  return (left.cwiseProduct(medium->sigma_s.cast<double>()) / density.mean()).cast<float>();
 }
 
 }  // namespace
@@ -63,47 +85,39 @@ void MediumSet::place(const Vec3& origin) {
   }
 }
 
-MediumSet::Collision MediumSet::collide(const Vec3f& o, const Vec3f& d, float reach,
-                                        std::uint64_t key) const {
+MediumSet::Flight MediumSet::fly(const Vec3f& o, const Vec3f& d, float reach, std::uint64_t key) const {
   const auto channel = static_cast<Eigen::Index>(mix64(key) % 3);
-  Collision found;
+  std::array<Span, kKeptSpans> spans;
+  const auto span_of = [&](std::size_t i) { return inside_shape(media_[i], pose_[i], o, d); };
+  Flight flight{-1, reach, Vec3f::Ones()};
   double nearest = reach;
+  bool crosses = false;
   for (std::size_t i = 0; i < media_.size(); ++i) {
-    const Span span = inside_shape(media_[i], pose_[i], o, d);
+    const Span span = span_of(i);
+    if (i < kKeptSpans) spans[i] = span;
+    if (span.empty() || !(span.out > 0)) continue;
+    crosses = true;
     const double sigma = extinction(media_[i])[channel];
-    if (span.empty() || !(sigma > 0)) continue;
+    if (!(sigma > 0)) continue;
     const double free = -portable_log(1 - uniform_double(hash_keys(key, i))) / sigma;
     const double t = std::max(span.in, 0.0) + free;
     if (!(t < span.out && t < nearest)) continue;
     nearest = t;
-    found = {static_cast<int>(i), static_cast<float>(t)};
+    flight.medium = static_cast<int>(i), flight.t = static_cast<float>(t);
   }
-  return found;
-}
-
-Vec3 MediumSet::depth(const Vec3f& o, const Vec3f& d, double reach) const {
-  Vec3 sum = Vec3::Zero();
-  for (std::size_t i = 0; i < media_.size(); ++i) {
-    const Span span = inside_shape(media_[i], pose_[i], o, d);
-    const double length = std::min(span.out, reach) - std::max(span.in, 0.0);
-    if (span.empty() || !(length > 0)) continue;
-    const Vec3 sigma = extinction(media_[i]);
-    for (int c = 0; c < 3; ++c) sum[c] += sigma[c] > 0 ? length * sigma[c] : 0;  // the length may be infinite
-  }
-  return sum;
-}
-
-Vec3f MediumSet::weight(const Vec3f& o, const Vec3f& d, float t, int medium) const {
-  Vec3 passed = depth(o, d, t);
-  passed.array() -= passed.minCoeff();  // a common factor cancels
-  const Vec3 left = fading(passed);
-  if (medium < 0) return (left / left.mean()).cast<float>();
-  const Vec3 density = left.cwiseProduct(extinction(media_[medium]));
-  return (left.cwiseProduct(media_[medium].sigma_s.cast<double>()) / density.mean()).cast<float>();
+  if (!crosses) return flight;
+  Vec3 depth = Vec3::Zero();
+  for (std::size_t i = 0; i < media_.size(); ++i)
+    cross(i < kKeptSpans ? spans[i] : span_of(i), flight.t, media_[i], depth);
+  flight.weight = weight(depth, flight.medium < 0 ? nullptr : &media_[static_cast<std::size_t>(flight.medium)]);
+  return flight;
 }
 
 Vec3f MediumSet::transmittance(const Vec3f& o, const Vec3f& d, float reach) const {
-  return fading(depth(o, d, reach)).cast<float>();
+  Vec3 depth = Vec3::Zero();
+  for (std::size_t i = 0; i < media_.size(); ++i)
+    cross(inside_shape(media_[i], pose_[i], o, d), reach, media_[i], depth);
+  return fading(depth).cast<float>();
 }
 
 }  // namespace firn

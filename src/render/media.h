@@ -22,22 +22,18 @@ class MediumSet {
   bool empty() const { return media_.empty(); }
   const Medium& operator[](int medium) const { return media_[medium]; }
 
-  // The first collision before `reach`; every medium draws for itself, by hashes of `key`, and the nearest
-  // counts.
-  struct Collision {
-    int medium = -1;  // none
+  // Up to the first collision before `reach`; every medium draws for itself, by hashes of `key`, and the
+  // nearest counts.
+  struct Flight {
+    int medium = -1;  // it collides in; -1: it goes unhindered
     float t = 0;      // m
+    Vec3f weight;     // throughput by density
   };
-  Collision collide(const Vec3f& o, const Vec3f& d, float reach, std::uint64_t key) const;
-
-  // Throughput by density of a flight that collide() ended at `t` in `medium`; -1: that went unhindered to t.
-  Vec3f weight(const Vec3f& o, const Vec3f& d, float t, int medium) const;
+  Flight fly(const Vec3f& o, const Vec3f& d, float reach, std::uint64_t key) const;
 
   Vec3f transmittance(const Vec3f& o, const Vec3f& d, float reach) const;
 
  private:
-  Vec3 depth(const Vec3f& o, const Vec3f& d, double reach) const;  // optical, per channel
-
   std::vector<Medium> media_;
   std::vector<Pose> pose_;  // render space
 };

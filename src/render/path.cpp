@@ -30,6 +30,7 @@ Ways ways_of(const ImageSettings& image) {
   switch (image.integrator) {
     case Integrator::path:
     case Integrator::preview:
+    case Integrator::automatic:
       return {1, eye, true, false};
     case Integrator::light:
       return {light, eye, false, true};
@@ -41,20 +42,21 @@ Ways ways_of(const ImageSettings& image) {
 
 Similarity similarity_of(const ImageSettings& image) {
   if (image.reference) return Similarity::never;
-  return image.integrator == Integrator::path ? Similarity::by_collisions : Similarity::by_depth;
+  const bool both_ends = image.integrator == Integrator::bidirectional || image.integrator == Integrator::light;
+  return both_ends ? Similarity::by_depth : Similarity::by_collisions;
 }
 
 TilePaths::TilePaths(const View& view)
     : view_(view), ways_(ways_of(view.setup.image)), reduced_share_(1 - view.grains.of(0, false).g) {}
 
-std::uint64_t TilePaths::trace(const Tile& tile, std::uint32_t first, std::uint32_t last,
-                               const PixelSet& wanted, Film& film) {
-  rays_traced_ = 0;
+Work TilePaths::trace(const Tile& tile, std::uint32_t first, std::uint32_t last,
+                      const PixelSet& wanted, Film& film) {
+  work_ = {};
   start_paths(tile, first, last, wanted);
   if (ways_.light_vertices > 1) walk_lights(film);
   walk_eyes();
   for (const Path& path : paths_) film.add(path.x, path.y, path.seen);
-  return rays_traced_;
+  return work_;
 }
 
 void TilePaths::start_paths(const Tile& tile, std::uint32_t first, std::uint32_t last,
@@ -124,7 +126,8 @@ bool TilePaths::fly(bool first) {
   next_marks_.clear();
   if (rays_.size() == 0) return false;
   Flights(view_.world).fly(rays_, marks_, first, arrivals_, lit_collisions_);
-  rays_traced_ += rays_.size();
+  work_.rays += rays_.size();
+  for (const Arrival& arrival : arrivals_) work_.turns += static_cast<std::uint64_t>(arrival.scattered);
   return true;
 }
 
@@ -231,11 +234,11 @@ bool TilePaths::leave(Subpath& subpath, const Vertex& vertex, Carries carries, s
                       Vec3f& direction) const {
   const PathRandom& random = paths_[subpath.path].random;
   const Sample2 at = random.pair(stream + pair_of(subpath.vertices, kScattering));
-  const Sample2 other = random.pair(stream + pair_of(subpath.vertices, kLobeAndRoulette));
+  const auto other = [&] { return random.pair(stream + pair_of(subpath.vertices, kLobeAndRoulette)); };
   float reverse = 0;
   if (vertex.on_surface) {
     Scattered scattered;
-    if (!scatter(vertex.surface, vertex.back, other.u, at, carries, scattered)) return false;
+    if (!scatter(vertex.surface, vertex.back, other().u, at, carries, scattered)) return false;
     direction = scattered.direction;
     subpath.beta = subpath.beta.cwiseProduct(scattered.weight);
     subpath.density = scattered.pdf;
@@ -252,7 +255,7 @@ bool TilePaths::leave(Subpath& subpath, const Vertex& vertex, Carries carries, s
   subpath.spread = subpath.spread || !vertex.specular;
   const float left = subpath.beta.cwiseProduct(view_.tint(subpath.ice)).maxCoeff() / subpath.brightness;
   if (left >= kRouletteBelow) return true;
-  if (!(other.v * kRouletteBelow < left)) return false;
+  if (!(other().v * kRouletteBelow < left)) return false;
   subpath.beta *= kRouletteBelow / left;
   return true;
 }
@@ -277,7 +280,7 @@ void TilePaths::clear_links() {
 
 void TilePaths::pass() {
   Flights(view_.world).pass(link_rays_, link_marks_, through_);
-  rays_traced_ += link_rays_.size();
+  work_.rays += link_rays_.size();
 }
 
 void TilePaths::add(const Brings& brings, const Vec3f& through) {

@@ -15,6 +15,7 @@
 #include "src/render/flights.h"
 #include "src/render/ice.h"
 #include "src/render/mis.h"
+#include "src/render/pilot.h"
 #include "src/render/ray_stream.h"
 #include "src/render/sampler.h"
 #include "src/render/scattering.h"
@@ -53,10 +54,9 @@ class TilePaths {
  public:
   explicit TilePaths(const View& view);
 
-  // Adds samples [first, last) of the tile's pixels that are in `wanted`; returns the number of rays traced.
-  // Memory grows with the number of samples.
-  std::uint64_t trace(const Tile& tile, std::uint32_t first, std::uint32_t last, const PixelSet& wanted,
-                      Film& film);
+  // Adds samples [first, last) of the tile's pixels that are in `wanted`; returns what it took. Memory grows
+  // with the number of samples.
+  Work trace(const Tile& tile, std::uint32_t first, std::uint32_t last, const PixelSet& wanted, Film& film);
 
  private:
   // Where a subpath scatters.
@@ -156,7 +156,7 @@ class TilePaths {
   const View& view_;
   Ways ways_;
   float reduced_share_;  // of the snow's extinction
-  std::uint64_t rays_traced_ = 0;
+  Work work_;
   std::vector<Path> paths_;
   std::vector<Subpath> subpaths_;  // per path
   // Whose subpaths are on their way, a ray each, and whose will be in the next step.

@@ -13,6 +13,7 @@
 #include "src/render/denoise.h"
 #include "src/render/ice.h"
 #include "src/render/path.h"
+#include "src/render/pilot.h"
 #include "src/render/preview.h"
 #include "src/render/relief.h"
 
@@ -20,7 +21,8 @@ namespace firn {
 namespace {
 
 constexpr int kTile = 32;                     // pixels
-constexpr std::uint32_t kSamplesAtOnce = 16;  // a pixel; bounds the memory of a tile
+constexpr int kSmallTile = 4;                 // of a pilot's pictures, so that all threads have some
+constexpr std::uint32_t kSamplesAtOnce = 4;  // a pixel; bounds the memory of a tile
 
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) {
@@ -122,13 +124,16 @@ struct Renderer::State {
     const View view{world, camera, grid, snow, snapshot, setup, tint, grains, sparkle};
     const int width = film.width(), height = film.height();
     const int across = (width + side - 1) / side, down = (height + side - 1) / side;
-    std::atomic<std::uint64_t> count{0};
+    std::atomic<std::uint64_t> rays{0}, turns{0};
     parallel_for(static_cast<std::size_t>(across) * down, 1, [&](std::size_t index) {
       const int x = static_cast<int>(index % across) * side, y = static_cast<int>(index / across) * side;
       const Tile tile{x, y, std::min(x + side, width), std::min(y + side, height)};
-      count.fetch_add(body(view, tile), std::memory_order_relaxed);
+      const Work work = body(view, tile);
+      rays.fetch_add(work.rays, std::memory_order_relaxed);
+      turns.fetch_add(work.turns, std::memory_order_relaxed);
     });
-    stats.rays += count.load();
+    stats.rays += rays.load();
+    stats.turns += turns.load();
     stats.trace_seconds += seconds_since(start);
   }
 
@@ -137,31 +142,65 @@ struct Renderer::State {
   }
 
   // Adds a range of samples of the world as it was built last.
-  void trace(const Snapshot& snapshot, const SampleRange& range, RenderStats& stats,
+  void trace(const Snapshot& snapshot, const SampleRange& range, int side, RenderStats& stats,
              const std::atomic<bool>& stop) {
-    for_each_tile(snapshot, kTile, stats, [&](const View& view, const Tile& tile) -> std::uint64_t {
-      if (!wanted.any(tile)) return 0;
+    for_each_tile(snapshot, side, stats, [&](const View& view, const Tile& tile) {
+      Work work;
+      if (!wanted.any(tile)) return work;
       TilePaths paths(view);
-      std::uint64_t rays = 0;
       for (std::uint32_t first = range.first; first < range.last; first += kSamplesAtOnce) {
         if (stop.load(std::memory_order_relaxed)) break;
-        rays += paths.trace(tile, first, std::min(first + kSamplesAtOnce, range.last), wanted, film);
+        work += paths.trace(tile, first, std::min(first + kSamplesAtOnce, range.last), wanted, film);
       }
-      return rays;
+      return work;
     });
+  }
+
+  // From now on pictures are taken with these settings, of the world as it was built last.
+  void take(const ImageSettings& image, double time) {
+    const bool same = similarity_of(image) == similarity_of(setup.image);
+    setup.image = image;
+    camera = CameraRays(setup.camera, image);
+    camera.place(grid.origin(), time);
+    if (image.snow_light == SnowLight::inside && !same) scattering = snow.medium(optics());
+  }
+
+  Shot shoot(const Snapshot& snapshot, const ImageSettings& image, const std::atomic<bool>& stop) {
+    take(image, snapshot.time);
+    film.begin(image.width, image.height, camera.filter(), {.splats = ways_of(image).to_camera});
+    wanted = PixelSet(image.width, image.height);
+    RenderStats stats;
+    trace(snapshot, {0, static_cast<std::uint32_t>(image.samples)}, kSmallTile, stats, stop);
+    return {film.picture({}), {stats.rays, stats.turns}};
+  }
+
+  // Which integrator takes the picture. The world is as it was built last.
+  Choice choose(const Snapshot& snapshot, RenderStats& stats, const std::atomic<bool>& stop) {
+    const auto start = Clock::now();
+    const RenderSetup asked = setup;
+    const Choice choice = choose_integrator(asked, [&](const ImageSettings& image, std::uint64_t seed) {
+      setup.seed = seed;
+      return shoot(snapshot, image, stop);
+    });
+    setup.seed = asked.seed;
+    ImageSettings image = asked.image;
+    image.integrator = choice.integrator;
+    take(image, snapshot.time);
+    stats.pilot_seconds = seconds_since(start);
+    return choice;
   }
 
   // False if stopped. The world is as it was built last.
   bool trace_preview(const Snapshot& snapshot, RenderStats& stats, const std::atomic<bool>& stop) {
     film.begin(setup.image.width, setup.image.height, camera.filter(), content());
     std::mutex adding;
-    for_each_tile(snapshot, kTile, stats, [&](const View& view, const Tile& tile) -> std::uint64_t {
-      if (stop.load(std::memory_order_relaxed)) return 0;
+    for_each_tile(snapshot, kTile, stats, [&](const View& view, const Tile& tile) {
+      if (stop.load(std::memory_order_relaxed)) return Work{};
       PreviewTimes times;
       const std::uint64_t rays = PreviewTile(view, ambient, layers).trace(tile, film, times);
       const std::lock_guard lock(adding);
       stats.preview.add(times);
-      return rays;
+      return Work{rays, 0};
     });
     return !stop.load();
   }
@@ -187,25 +226,34 @@ struct Renderer::State {
     return moved;
   }
 
-  // False if stopped. Every moment has its share of each round, so that all of them weigh alike in every
-  // pixel, whenever it is done.
+  // False if stopped.
   bool expose(const Snapshot& snapshot, RenderStats& stats, const std::atomic<bool>& stop) {
+    const bool chooses = setup.image.integrator == Integrator::automatic;
+    if (preview() || chooses || moments() == 1) build(snapshot, stats);
     if (preview()) {
-      build(snapshot, stats);
       ambient.look_around(world(), grid.middle());
       return trace_preview(snapshot, stats, stop);
     }
+    const ImageSettings asked = setup.image;
+    stats.choice = chooses ? choose(snapshot, stats, stop) : Choice{asked.integrator, ""};
+    const bool finished = gather(snapshot, stats, stop);
+    setup.image = asked;
+    return finished;
+  }
+
+  // Every moment has its share of each round, so that all of them weigh alike in every pixel, whenever it is
+  // done. A single one is built.
+  bool gather(const Snapshot& snapshot, RenderStats& stats, const std::atomic<bool>& stop) {
     const auto samples = static_cast<std::uint32_t>(setup.image.samples);
     const std::uint32_t parts = moments();
     film.begin(setup.image.width, setup.image.height, camera.filter(), content());
     wanted = PixelSet(setup.image.width, setup.image.height);
-    if (parts == 1) build(snapshot, stats);
     for (SampleRange round; round.last < samples && !stop.load();) {
       round = next_round(round.last, samples, setup.image.noise > 0);
       for (std::uint32_t part = 0; part < parts; ++part) {
         const Snapshot& now = parts == 1 ? snapshot : at_moment(snapshot, part);
         if (parts > 1) build(now, stats);
-        trace(now, share(round, part, parts), stats, stop);
+        trace(now, share(round, part, parts), kTile, stats, stop);
       }
       if (round.last < samples) drop_finished(film, setup.image.noise, wanted);
     }

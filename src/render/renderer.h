@@ -8,6 +8,7 @@
 
 #include "src/particles/snapshot.h"
 #include "src/render/picture.h"
+#include "src/render/pilot.h"
 #include "src/render/preview_times.h"
 #include "src/render/setup.h"
 
@@ -24,6 +25,9 @@ struct RenderStats {
   PreviewTimes preview;
   double mean_samples = 0;  // a pixel
   std::uint64_t rays = 0;   // primary + shadow + bounce
+  std::uint64_t turns = 0;  // as in Work
+  double pilot_seconds = 0;  // that the choice took; its rays are not among those above
+  Choice choice;             // which integrator it is by
   std::size_t grid_bytes = 0;
 };
 

@@ -23,26 +23,26 @@ constexpr std::uint32_t reverse_bits(std::uint32_t x) {
   return ((x & 0xaaaaaaaau) >> 1) | ((x & 0x55555555u) << 1);
 }
 
-// A random binary tree of swaps, applied to the digits of x: an Owen scramble keeps every dyadic stratum.
-constexpr std::uint32_t owen_scramble(std::uint32_t x, std::uint32_t seed) {
-  x = reverse_bits(x);
+// A random binary tree of swaps, applied to the digits of x from its last bit on: an Owen scramble keeps every
+// dyadic stratum.
+constexpr std::uint32_t scramble_reversed(std::uint32_t x, std::uint32_t seed) {
   x ^= x * 0x3d20adeau;
   x += seed;
   x *= (seed >> 16) | 1u;
   x ^= x * 0x05526c56u;
   x ^= x * 0x53a22864u;
-  return reverse_bits(x);
+  return x;
 }
 
-// Second Sobol dimension: digit j is the sum modulo 2 of the index's bits i with C(i, j) odd, that is i a
-// superset of j.
-constexpr std::uint32_t sobol_second(std::uint32_t index) {
+// Second Sobol dimension, bits reversed: digit j is the sum modulo 2 of the index's bits i with C(i, j) odd, that
+// is i a superset of j. The first, reversed, is the index itself.
+constexpr std::uint32_t sobol_second_reversed(std::uint32_t index) {
   index ^= (index >> 1) & 0x55555555u;
   index ^= (index >> 2) & 0x33333333u;
   index ^= (index >> 4) & 0x0f0f0f0fu;
   index ^= (index >> 8) & 0x00ff00ffu;
   index ^= index >> 16;
-  return reverse_bits(index);
+  return index;
 }
 
 class Sampler {
@@ -53,9 +53,11 @@ class Sampler {
   Sample2 pair(std::uint32_t sample, std::uint32_t dimension_pair) const {
     const std::uint64_t order = mix64(key_ ^ (0x9e3779b97f4a7c15ull * (dimension_pair + 1)));
     const std::uint64_t digits = mix64(order);
-    const std::uint32_t index = owen_scramble(sample, static_cast<std::uint32_t>(order));
-    const std::uint32_t u = owen_scramble(reverse_bits(index), static_cast<std::uint32_t>(digits));
-    const std::uint32_t v = owen_scramble(sobol_second(index), static_cast<std::uint32_t>(digits >> 32));
+    const auto scramble = [](std::uint32_t x, std::uint64_t seed) {
+      return reverse_bits(scramble_reversed(x, static_cast<std::uint32_t>(seed)));
+    };
+    const std::uint32_t index = scramble(reverse_bits(sample), order);
+    const std::uint32_t u = scramble(index, digits), v = scramble(sobol_second_reversed(index), digits >> 32);
     return {static_cast<float>(u >> 8) * 0x1p-24f, static_cast<float>(v >> 8) * 0x1p-24f};
   }
   // Without any order between samples: for the thousandth collision of a path none is left to be had.

@@ -35,13 +35,6 @@ Span tube(double radius, const Vec3& o, const Vec3& d) {
 
 }  // namespace
 
-Span inside(const Ball& ball, const Vec3& o, const Vec3& d) {
-  const double along = -o.dot(d);
-  const double depth2 = ball.radius * ball.radius - (o + along * d).squaredNorm();
-  if (depth2 < 0) return {};
-  return {along - std::sqrt(depth2), along + std::sqrt(depth2)};
-}
-
 Span inside(const Box& box, const Vec3& o, const Vec3& d) {
   Span span{-INFINITY, INFINITY};
   for (int a = 0; a < 3; ++a) span = both(span, between(box.half_size[a], o[a], d[a]));

@@ -166,7 +166,7 @@ TEST_CASE("light walks 4V/S through a convex body that scatters, whatever is in 
         Vec3f p(0, 0, 1), d = cosine_direction(Vec3f(0, 0, -1), draw());
         double length = 0;
         for (;;) {
-          const auto found = media.collide(p, d, INFINITY, mix64(key++));
+          const auto found = media.fly(p, d, INFINITY, mix64(key++));
           const double along = p.cast<double>().dot(d.cast<double>());
           if (found.medium < 0) {
             length += -along + std::sqrt(std::max(along * along - p.cast<double>().squaredNorm() + 1, 0.0));
@@ -201,7 +201,7 @@ TEST_CASE("a photon collides (1 - R) / (1 - albedo) times in a half space", "[li
       Vec3f p = Vec3f::Zero(), d(0, -1, 0);
       int n = 0;
       for (;;) {
-        const auto found = media.collide(p, d, INFINITY, mix64(key++));
+        const auto found = media.fly(p, d, INFINITY, mix64(key++));
         if (found.medium < 0) {
           ++left;
           break;

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+#include "src/render/pilot.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "src/core/rng.h"
+
+namespace firn {
+namespace {
+
+// A turn of `wander`, its flight included, beside a ray with its shading. Measured: docs/decisions/018-auto.md.
+constexpr double kTurn = 1;
+constexpr double kPixels = 128;       // of a small picture
+constexpr int kSamples = 4;           // a pixel of it: light that comes evenly is stratified, as in the large one
+constexpr int kGlance = 2, kMost = 64;  // pictures of each integrator
+constexpr double kBudget = 0.01;      // of the work of the large picture, for the longer look
+constexpr double kClear = 2;          // times the work: no need to look longer
+constexpr double kBetter = 0.9;       // times the work of the first that another must do with
+
+ImageSettings small(const ImageSettings& image, Integrator integrator) {
+  ImageSettings pilot = image;
+  const double scale = std::min(1.0, std::sqrt(kPixels / (static_cast<double>(image.width) * image.height)));
+  pilot.width = std::max(1, static_cast<int>(std::lround(scale * image.width)));
+  pilot.height = std::max(1, static_cast<int>(std::lround(scale * image.height)));
+  pilot.samples = std::min(image.samples, kSamples);
+  pilot.integrator = integrator;
+  return pilot;
+}
+
+// One integrator's small pictures.
+class Pilot {
+ public:
+  Pilot(const RenderSetup& setup, Integrator integrator)
+      : seed_(hash_keys(setup.seed, static_cast<std::uint64_t>(integrator), 0x70696c6f74ull)),
+        image_(small(setup.image, integrator)) {}
+
+  void look(int pictures, const Shoot& shoot) {
+    for (; pictures > 0; --pictures) {
+      const Shot shot = shoot(image_, mix64(seed_ + static_cast<std::uint64_t>(count_++)));
+      work_ += shot.work;
+      sum_.resize(shot.picture.rgb.size());
+      squares_.resize(shot.picture.rgb.size());
+      for (std::size_t i = 0; i < sum_.size(); ++i) {
+        const double value = shot.picture.rgb[i];
+        sum_[i] += value;
+        squares_[i] += value * value;
+      }
+    }
+  }
+
+  int pictures() const { return count_; }
+  // The work of one of them; so much a path.
+  double work() const { return work_.total() / count_; }
+  double work_of_path() const {
+    return work() / (static_cast<double>(image_.width) * image_.height * image_.samples);
+  }
+  // Work times mean squared error: the work for an error of 1.
+  double cost() const {
+    double variance = 0;
+    for (std::size_t i = 0; i < sum_.size(); ++i) variance += squares_[i] - sum_[i] * sum_[i] / count_;
+    return work() * std::max(variance, 0.0) / (count_ - 1);
+  }
+  Integrator integrator() const { return image_.integrator; }
+
+ private:
+  std::uint64_t seed_;
+  ImageSettings image_;
+  Work work_;
+  int count_ = 0;
+  std::vector<double> sum_, squares_;  // per value of a picture
+};
+
+// How many pictures more the budget allows, shared evenly between two.
+int more_pictures(const Pilot& pilot, double budget) {
+  return std::clamp(static_cast<int>(0.5 * budget / pilot.work()), 0, kMost);
+}
+
+std::string told(const Pilot& taken, const Pilot& left, double times) {
+  char text[160];
+  std::snprintf(text, sizeof text, "%s takes %.2f times the work for the same error, by %d and %d small pictures",
+                name_of(left.integrator()), times, left.pictures(), taken.pictures());
+  return text;
+}
+
+bool has_mirrors(const RenderSetup& setup) {
+  return std::any_of(setup.surfaces.begin(), setup.surfaces.end(), [](const Surface& surface) {
+    return surface.kind == SurfaceKind::mirror || surface.kind == SurfaceKind::dielectric;
+  });
+}
+
+}  // namespace
+
+double Work::total() const { return static_cast<double>(rays) + kTurn * static_cast<double>(turns); }
+
+const char* name_of(Integrator integrator) {
+  constexpr const char* kNames[] = {"bidirectional", "path", "light", "preview", "auto"};
+  return kNames[static_cast<int>(integrator)];
+}
+
+// Light subpaths alone see nothing in mirrors, and end after so many scatterings.
+std::vector<Integrator> candidates(const RenderSetup& setup) {
+  std::vector<Integrator> all = {Integrator::path, Integrator::bidirectional};
+  if (setup.image.max_bounces < setup.image.light_bounces && !has_mirrors(setup))
+    all.push_back(Integrator::light);
+  return all;
+}
+
+Choice choose_integrator(const RenderSetup& setup, const Shoot& shoot) {
+  const std::vector<Integrator> all = candidates(setup);
+  Pilot best(setup, all.front());
+  best.look(kGlance, shoot);
+  const double paths = static_cast<double>(setup.image.width) * setup.image.height * setup.image.samples;
+  const double budget = kBudget * paths * best.work_of_path();
+  std::string why;
+  for (std::size_t k = 1; k < all.size(); ++k) {
+    Pilot other(setup, all[k]);
+    other.look(kGlance, shoot);
+    if (other.cost() < kClear * best.cost()) {
+      other.look(more_pictures(other, budget), shoot);
+      best.look(more_pictures(best, budget), shoot);
+    }
+    const double times = other.cost() / best.cost();
+    const bool better = times < kBetter;
+    if (!why.empty()) why += "; ";
+    why += better ? told(other, best, 1 / times) : told(best, other, times);
+    if (better) best = other;
+  }
+  return {best.integrator(), why};
+}
+
+}  // namespace firn
