@@ -153,7 +153,7 @@ def columns(tables):
         plot.band(aspects, [0.8 * e for e in expected], [1.2 * e for e in expected], "\N{PLUS-MINUS SIGN} 20 %", ink)
         plot.law(aspects, expected, "laboratory", ink)
         for finer, (name, of) in enumerate(table.items()):
-            plot.points(of["aspect"], of["run_out"], ink + 2 * finer, f"{label}, {name}" if finer else label)
+            plot.points(of["aspect"], of["run_out"], ink + 2 * finer, f"{label}, finer" if finer else label)
 
     add("channel, 33\N{DEGREE SIGN}", lambda a: 1.2 * a if a < 2.3 else 1.9 * a ** (2 / 3), tables["channel_column"], 0)
     add("round, 30\N{DEGREE SIGN}", lambda a: 1.24 * a if a < 1.7 else 1.6 * a ** 0.5, tables["round_column"], 1)
@@ -272,8 +272,8 @@ def drag(table):
 
 def rolling(tables):
     plot = Plot("A ball rolls down a slope: what it gathers", "way (m)", "gathered / own mass", (0, 1.8), (0, 0.5))
-    plot.law([1.2, 1.8], [0.25, 0.25], "sticky: at least")
-    plot.law([1.2, 1.8], [0.05, 0.05], "others: at most", 1)
+    plot.law([1.4, 1.8], [0.25, 0.25], "sticky, at the end: at least")
+    plot.law([1.7, 1.8], [0.05, 0.05], "others: at most", 1)
     for ink, (name, of) in enumerate({**tables["rolling_sticky"], **tables["rolling_loose"]}.items()):
         plot.line(of["way_m"], of["grown"], ink, name)
     return plot
