@@ -3,6 +3,7 @@
 // split; reductions that are not exact (sums) are done by the caller over per-chunk results in index order.
 #pragma once
 #include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 #include <tbb/task_arena.h>
@@ -34,6 +35,17 @@ void parallel_chunks(std::size_t count, std::size_t size, Body&& body) {
   parallel_for(chunks, 1,
                [&](std::size_t chunk) { body(chunk, chunk * size, std::min(count, (chunk + 1) * size)); });
 }
+
+// Scratch memory that each thread keeps from one body of a loop to the next: made on first use. Results must
+// not depend on what is left in it.
+template <class Scratch>
+class PerThread {
+ public:
+  Scratch& mine() { return all_.local(); }
+
+ private:
+  tbb::enumerable_thread_specific<Scratch> all_;
+};
 
 // Sorts [first, last). `less` must be a total order without ties: the sort is not stable, and only then is
 // its result the same for any number of threads.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "kernels/table.h"
@@ -22,7 +23,7 @@ namespace {
 
 constexpr int kTile = 32;                     // pixels
 constexpr int kSmallTile = 4;                 // of a pilot's pictures, so that all threads have some
-constexpr std::uint32_t kSamplesAtOnce = 4;  // a pixel; bounds the memory of a tile
+constexpr std::uint32_t kSamplesAtOnce = 16;  // a pixel; bounds the memory of a tile
 
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) {
@@ -144,13 +145,15 @@ struct Renderer::State {
   // Adds a range of samples of the world as it was built last.
   void trace(const Snapshot& snapshot, const SampleRange& range, int side, RenderStats& stats,
              const std::atomic<bool>& stop) {
+    PerThread<std::optional<TilePaths>> scratch;  // fresh memory costs more than filling it
     for_each_tile(snapshot, side, stats, [&](const View& view, const Tile& tile) {
       Work work;
       if (!wanted.any(tile)) return work;
-      TilePaths paths(view);
+      std::optional<TilePaths>& paths = scratch.mine();
+      if (!paths) paths.emplace(view);
       for (std::uint32_t first = range.first; first < range.last; first += kSamplesAtOnce) {
         if (stop.load(std::memory_order_relaxed)) break;
-        work += paths.trace(tile, first, std::min(first + kSamplesAtOnce, range.last), wanted, film);
+        work += paths->trace(tile, first, std::min(first + kSamplesAtOnce, range.last), wanted, film);
       }
       return work;
     });
