@@ -56,7 +56,9 @@ class Packet {
   bool cells_of(const Window& window, int first, int last, int low[3], int high[3]) const;
   int clearance(const int low[3], const int high[3]) const;
   void test_cells(const int low[3], const int high[3]);
-  FIRN_INLINE void test_balls(std::uint32_t begin, std::uint32_t end);
+  FIRN_INLINE void test_run(std::uint32_t begin, std::uint32_t end);
+  FIRN_INLINE Mask in_bounds(std::uint32_t begin, int some) const;
+  FIRN_INLINE void test_ball(std::uint32_t ball);
 
   const TraceGrid& grid_;
   const RayView& rays_;
@@ -74,6 +76,7 @@ class Packet {
   // up in the rays' direction.
   float from_, to_, furthest_;
   Window at_, slope_;
+  Window near_;  // at_, widened by what a ball reaches across the bound
 };
 
 template <int kRays, bool kAny>
@@ -163,6 +166,9 @@ void Packet<kRays, kAny>::look_ahead(float from) {
     const float length = to_ - from_;
     slope_.low[side] = (-greatest_lane(-low[1]) - at_.low[side]) / length;
     slope_.high[side] = (greatest_lane(high[1]) - at_.high[side]) / length;
+    const auto across = [&](float slope) { return reach_ * __builtin_sqrtf(1 + slope * slope); };
+    near_.low[side] = at_.low[side] - across(slope_.low[side]);
+    near_.high[side] = at_.high[side] + across(slope_.high[side]);
   }
 }
 
@@ -228,38 +234,60 @@ int Packet<kRays, kAny>::clearance(const int low[3], const int high[3]) const {
   return least;
 }
 
+// Of a register of balls those that the bounds' four planes leave to the rays.
 template <int kRays, bool kAny>
-FIRN_INLINE void Packet<kRays, kAny>::test_balls(std::uint32_t begin, std::uint32_t end) {
-  for (std::uint32_t b = begin; b < end; ++b) {
-    const Floats x = splat(grid_.x[b]), y = splat(grid_.y[b]), z = splat(grid_.z[b]);
-    const float r = grid_.radius == nullptr ? grid_.max_radius : grid_.radius[b];
-    const Floats r2 = splat(r * r);
-    Floats along[kParts], depth2[kParts], deepest = splat(-1);
+FIRN_INLINE Mask Packet<kRays, kAny>::in_bounds(std::uint32_t begin, int some) const {
+  const float* const column[3] = {grid_.x, grid_.y, grid_.z};
+  const Floats at = load_first(column[main_] + begin, some, 0.f);
+  const Floats along = (forward_ ? at : -at) - from_;
+  Mask in = mask_of_first(some) & less_equal(along, splat(furthest_ + reach_ - from_));
+  for (int side = 0; side < 2; ++side) {
+    const Floats c = load_first(column[side_[side]] + begin, some, 0.f);
+    in = in & less_equal(fma(along, splat(slope_.low[side]), splat(near_.low[side])), c) &
+         less_equal(c, fma(along, splat(slope_.high[side]), splat(near_.high[side])));
+  }
+  return in;
+}
+
+template <int kRays, bool kAny>
+FIRN_INLINE void Packet<kRays, kAny>::test_run(std::uint32_t begin, std::uint32_t end) {
+  for (; begin < end; begin += kLanes) {
+    const int some = end - begin < kLanes ? static_cast<int>(end - begin) : kLanes;
+    for (int in = lane_bits(in_bounds(begin, some)); in != 0; in &= in - 1)
+      test_ball(begin + static_cast<std::uint32_t>(__builtin_ctz(static_cast<unsigned>(in))));
+  }
+}
+
+template <int kRays, bool kAny>
+FIRN_INLINE void Packet<kRays, kAny>::test_ball(std::uint32_t b) {
+  const Floats x = splat(grid_.x[b]), y = splat(grid_.y[b]), z = splat(grid_.z[b]);
+  const float r = grid_.radius == nullptr ? grid_.max_radius : grid_.radius[b];
+  const Floats r2 = splat(r * r);
+  Floats along[kParts], depth2[kParts], deepest = splat(-1);
 #pragma GCC unroll 16
-    for (int part = 0; part < kParts; ++part) {
-      const Floats c[3] = {x - o_[0][part], y - o_[1][part], z - o_[2][part]};
-      const Floats d[3] = {d_[0][part], d_[1][part], d_[2][part]};
-      depth2[part] = project(c, d, r2, along[part]);
-      deepest = max(deepest, depth2[part]);
-    }
-    if (!any(less_equal(splat(0), deepest))) continue;
-    found_ = true;
-    const Ints index = splat_int(static_cast<std::int32_t>(b));
+  for (int part = 0; part < kParts; ++part) {
+    const Floats c[3] = {x - o_[0][part], y - o_[1][part], z - o_[2][part]};
+    const Floats d[3] = {d_[0][part], d_[1][part], d_[2][part]};
+    depth2[part] = project(c, d, r2, along[part]);
+    deepest = max(deepest, depth2[part]);
+  }
+  if (!any(less_equal(splat(0), deepest))) return;
+  found_ = true;
+  const Ints index = splat_int(static_cast<std::int32_t>(b));
 #pragma GCC unroll 16
-    for (int part = 0; part < kParts; ++part) {
-      const Floats t = along[part] - sqrt(depth2[part]);  // NaN where missed: every comparison is then false
-      if (kAny) {  // the ray is done: a reach of less than nothing says so
-        const Mask blocked = less(splat(0), t) & less_equal(t, best_[part]);
-        best_[part] = select(blocked, splat(-1), best_[part]);
-        particle_[part] = select(blocked, splat_int(0), particle_[part]);
-        continue;
-      }
-      // Flipping the sign bit orders unsigned indices as signed ones.
-      const Mask lower = less(index ^ INT32_MIN, particle_[part] ^ INT32_MIN);
-      const Mask nearer = less(splat(0), t) & (less(t, best_[part]) | (less_equal(t, best_[part]) & lower));
-      best_[part] = select(nearer, t, best_[part]);
-      particle_[part] = select(nearer, index, particle_[part]);
+  for (int part = 0; part < kParts; ++part) {
+    const Floats t = along[part] - sqrt(depth2[part]);  // NaN where missed: every comparison is then false
+    if (kAny) {  // the ray is done: a reach of less than nothing says so
+      const Mask blocked = less(splat(0), t) & less_equal(t, best_[part]);
+      best_[part] = select(blocked, splat(-1), best_[part]);
+      particle_[part] = select(blocked, splat_int(0), particle_[part]);
+      continue;
     }
+    // Flipping the sign bit orders unsigned indices as signed ones.
+    const Mask lower = less(index ^ INT32_MIN, particle_[part] ^ INT32_MIN);
+    const Mask nearer = less(splat(0), t) & (less(t, best_[part]) | (less_equal(t, best_[part]) & lower));
+    best_[part] = select(nearer, t, best_[part]);
+    particle_[part] = select(nearer, index, particle_[part]);
   }
 }
 
@@ -272,7 +300,7 @@ void Packet<kRays, kAny>::test_cells(const int low[3], const int high[3]) {
         const std::int32_t slot = grid_.slot[brick_at(grid_, x >> 2, y >> 2, z >> 2)];
         if (slot >= 0) {
           const std::size_t place = cell_at(slot, x, y, z);
-          test_balls(grid_.cell_start[place], grid_.cell_start[place + (last - z) + 1]);
+          test_run(grid_.cell_start[place], grid_.cell_start[place + (last - z) + 1]);
         }
         z = last + 1;
       }
