@@ -34,13 +34,20 @@ FIRN_INLINE Floats project(const Floats c[3], const Floats d[3], Floats r2, Floa
   return r2 - fma(qz, qz, fma(qy, qy, qx * qx));
 }
 
-// One ray against a register of balls, whose sorted indices are particle(lane). A negative r2 is never hit.
+// False where along - sqrt(depth2), which lies within [along - r, along], cannot be a distance in (0, reach]:
+// this tells most balls, and roots are slow.
+FIRN_INLINE Mask may_enter(Floats depth2, Floats along, Floats r, Floats reach) {
+  return less_equal(splat(0), depth2) & less(splat(0), along) & less_equal(along - r, reach);
+}
+
+// One ray against a register of balls, whose sorted indices are particle(lane). A negative r2 is never hit;
+// no radius is larger than most_r.
 template <class Particle>
-FIRN_INLINE void test_lanes(const Floats c[3], const Floats d[3], Floats r2, Particle particle,
+FIRN_INLINE void test_lanes(const Floats c[3], const Floats d[3], Floats r2, float most_r, Particle particle,
                             Nearest& best) {
   Floats along;
   const Floats depth2 = project(c, d, r2, along);
-  if (!any(less_equal(splat(0), depth2))) return;
+  if (!any(may_enter(depth2, along, splat(most_r), splat(best.t)))) return;
   const Floats t = along - sqrt(depth2);  // NaN where missed: every comparison is then false
   int hits = lane_bits(less(splat(0), t) & less_equal(t, splat(best.t)));
   if (hits == 0) return;
@@ -64,7 +71,7 @@ FIRN_INLINE void test_bundles(const BallBundle* bundles, std::uint64_t begin, st
       const Floats c[3] = {load(balls.x + part) - ray.o[0], load(balls.y + part) - ray.o[1],
                            load(balls.z + part) - ray.o[2]};
       test_lanes(
-          c, d, load(balls.r2 + part), [&](int lane) { return balls.particle[part + lane]; }, best);
+          c, d, load(balls.r2 + part), __builtin_huge_valf(), [&](int lane) { return balls.particle[part + lane]; }, best);
       if (kAny && best.particle != kNoHit) return;
     }
   }
@@ -88,7 +95,7 @@ inline void test_run(const TraceGrid& grid, std::uint64_t begin, std::uint64_t e
                          load_first(grid.z + b, count, 0.f) - ray.o[2]};
     const Floats r = radii(grid, b, count);
     test_lanes(
-        c, d, r * abs(r), [&](int lane) { return static_cast<std::uint32_t>(b) + lane; }, best);
+        c, d, r * abs(r), grid.max_radius, [&](int lane) { return static_cast<std::uint32_t>(b) + lane; }, best);
   }
 }
 
@@ -111,7 +118,7 @@ FIRN_INLINE void test_list(const TraceGrid& grid, std::uint32_t word, const Ray&
       its = select(mask_of_first(some), r2, splat(-1));
     }
     test_lanes(
-        c, d, its,
+        c, d, its, grid.max_radius,
         [&](int lane) {
           std::uint32_t particle;
           __builtin_memcpy(&particle, list + 3 * count + i + lane, sizeof particle);

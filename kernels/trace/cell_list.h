@@ -98,12 +98,17 @@ inline std::uint32_t make_list(const TraceGrid& grid, std::size_t place, const i
   return word;
 }
 
+// The cell's word, after its list was made if nobody had asked for it.
+FIRN_INLINE std::uint32_t find_list(const TraceGrid& grid, std::size_t place, const int cell[3]) {
+  const std::uint32_t word = __atomic_load_n(&grid.list[place], __ATOMIC_ACQUIRE);
+  return word == kUnlisted ? make_list(grid, place, cell) : word;
+}
+
 // One ray against all balls that overlap a cell.
 template <bool kAny>
 FIRN_INLINE void test_cell(const TraceGrid& grid, std::size_t place, const int cell[3], const Ray& ray,
                            Nearest& best) {
-  std::uint32_t word = __atomic_load_n(&grid.list[place], __ATOMIC_ACQUIRE);
-  if (word == kUnlisted) word = make_list(grid, place, cell);
+  const std::uint32_t word = find_list(grid, place, cell);
   if (word == kNoList) {
     for_each_run_around(grid, cell, cells_reached(grid), [&](std::uint32_t begin, std::uint32_t end) {
       test_run(grid, begin, end, ray, best);

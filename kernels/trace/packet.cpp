@@ -17,8 +17,8 @@
 
 namespace firn::kernels::FIRN_ISA {
 
-void closest(const TraceGrid&, const RayView&, std::size_t, std::size_t);   // stream.cpp
-void occluded(const TraceGrid&, const RayView&, std::size_t, std::size_t);  // stream.cpp
+void closest(const TraceGrid&, const RayView&, std::size_t, std::size_t);   // wave.cpp
+void occluded(const TraceGrid&, const RayView&, std::size_t, std::size_t);  // wave.cpp
 
 namespace {
 
@@ -263,20 +263,16 @@ FIRN_INLINE void Packet<kRays, kAny>::test_ball(std::uint32_t b) {
   const Floats x = splat(grid_.x[b]), y = splat(grid_.y[b]), z = splat(grid_.z[b]);
   const float r = grid_.radius == nullptr ? grid_.max_radius : grid_.radius[b];
   const Floats r2 = splat(r * r);
-  Floats along[kParts], depth2[kParts], deepest = splat(-1);
+  const Ints index = splat_int(static_cast<std::int32_t>(b));
 #pragma GCC unroll 16
   for (int part = 0; part < kParts; ++part) {
     const Floats c[3] = {x - o_[0][part], y - o_[1][part], z - o_[2][part]};
     const Floats d[3] = {d_[0][part], d_[1][part], d_[2][part]};
-    depth2[part] = project(c, d, r2, along[part]);
-    deepest = max(deepest, depth2[part]);
-  }
-  if (!any(less_equal(splat(0), deepest))) return;
-  found_ = true;
-  const Ints index = splat_int(static_cast<std::int32_t>(b));
-#pragma GCC unroll 16
-  for (int part = 0; part < kParts; ++part) {
-    const Floats t = along[part] - sqrt(depth2[part]);  // NaN where missed: every comparison is then false
+    Floats along;
+    const Floats depth2 = project(c, d, r2, along);
+    if (!any(may_enter(depth2, along, splat(r), best_[part]))) continue;
+    found_ = true;
+    const Floats t = along - sqrt(depth2);  // NaN where missed: every comparison is then false
     if (kAny) {  // the ray is done: a reach of less than nothing says so
       const Mask blocked = less(splat(0), t) & less_equal(t, best_[part]);
       best_[part] = select(blocked, splat(-1), best_[part]);
