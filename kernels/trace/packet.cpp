@@ -25,6 +25,7 @@ namespace {
 constexpr int kLarge = 64, kSmall = 16;  // rays
 constexpr float kMinMainShare = 0.4f;    // of every direction along the main axis
 constexpr float kFar = 3e38f;
+constexpr float kBlocked = -2;  // m, of rays that something blocks: a reach of less than nothing
 
 // An interval of each of the two axes beside the main one.
 struct Window {
@@ -59,6 +60,16 @@ class Packet {
   FIRN_INLINE void test_run(std::uint32_t begin, std::uint32_t end);
   FIRN_INLINE Mask in_bounds(std::uint32_t begin, int some) const;
   FIRN_INLINE void test_ball(std::uint32_t ball);
+  FIRN_INLINE Floats seen(int part, Floats x, Floats y, Floats z, Floats r2, Floats& along) const;
+  void settle();
+
+  // A ball that rays of a part may enter.
+  struct Meeting {
+    Floats along, depth2;  // m, m^2
+    std::int32_t ball;
+    int part;
+  };
+  static constexpr int kMostMeetings = 64;
 
   const TraceGrid& grid_;
   const RayView& rays_;
@@ -68,6 +79,8 @@ class Packet {
   Floats best_[kParts];                 // m from the moved origin; negative: not in the grid
   Ints particle_[kParts];               // the bits of a sorted index
   double entry_[kRays];
+  Meeting meeting_[kAny ? 1 : kMostMeetings];
+  int meetings_ = 0;
   int main_, side_[2];  // axes
   bool forward_;
   bool found_ = false;  // a ball since the bounds were drawn
@@ -90,13 +103,8 @@ bool Packet<kRays, kAny>::load_rays() {
     rays_.hit[begin_ + lane] = kAny ? 0 : stray.particle;
     if (!kAny) rays_.t[begin_ + lane] = stray.t;
   }
+  move_to_grid(grid_, rays_, begin_, kRays, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, entry_, best);
   float some = -1;
-  for (int lane = 0; lane < kRays; ++lane) {
-    const Ray ray = load_ray(rays_, begin_ + lane);
-    float moved[3];
-    enter_grid(grid_, ray.o, ray.d, rays_.t[begin_ + lane], moved, entry_[lane], best[lane]);
-    for (int a = 0; a < 3; ++a) o[a][lane] = moved[a], d[a][lane] = ray.d[a];
-  }
   for (int lane = 0; lane < kRays; ++lane) {
     if (kAny && rays_.hit[begin_ + lane] != kNoHit) best[lane] = -1;
     some = best[lane] > some ? best[lane] : some;
@@ -263,28 +271,55 @@ FIRN_INLINE void Packet<kRays, kAny>::test_ball(std::uint32_t b) {
   const Floats x = splat(grid_.x[b]), y = splat(grid_.y[b]), z = splat(grid_.z[b]);
   const float r = grid_.radius == nullptr ? grid_.max_radius : grid_.radius[b];
   const Floats r2 = splat(r * r);
-  const Ints index = splat_int(static_cast<std::int32_t>(b));
+  if (kAny) {
+    Mask some = mask_of_bits(0);
+#pragma GCC unroll 16
+    for (int part = 0; part < kParts; ++part) {
+      Floats along;
+      const Floats depth2 = seen(part, x, y, z, r2, along);
+      const Mask blocked = blocks(depth2, along, best_[part]);
+      best_[part] = select(blocked, splat(kBlocked), best_[part]);
+      some = some | blocked;
+    }
+    found_ |= any(some);
+    return;
+  }
 #pragma GCC unroll 16
   for (int part = 0; part < kParts; ++part) {
-    const Floats c[3] = {x - o_[0][part], y - o_[1][part], z - o_[2][part]};
-    const Floats d[3] = {d_[0][part], d_[1][part], d_[2][part]};
-    Floats along;
-    const Floats depth2 = project(c, d, r2, along);
-    if (!any(may_enter(depth2, along, splat(r), best_[part]))) continue;
-    found_ = true;
-    const Floats t = along - sqrt(depth2);  // NaN where missed: every comparison is then false
-    if (kAny) {  // the ray is done: a reach of less than nothing says so
-      const Mask blocked = less(splat(0), t) & less_equal(t, best_[part]);
-      best_[part] = select(blocked, splat(-1), best_[part]);
-      particle_[part] = select(blocked, splat_int(0), particle_[part]);
-      continue;
-    }
-    // Flipping the sign bit orders unsigned indices as signed ones.
-    const Mask lower = less(index ^ INT32_MIN, particle_[part] ^ INT32_MIN);
-    const Mask nearer = less(splat(0), t) & (less(t, best_[part]) | (less_equal(t, best_[part]) & lower));
-    best_[part] = select(nearer, t, best_[part]);
-    particle_[part] = select(nearer, index, particle_[part]);
+    Meeting& m = meeting_[meetings_];
+    m.depth2 = seen(part, x, y, z, r2, m.along);
+    m.ball = static_cast<std::int32_t>(b);
+    m.part = part;
+    meetings_ += any(may_enter(m.depth2, m.along, splat(r), best_[part]));
   }
+  if (meetings_ > kMostMeetings - kParts) settle();
+}
+
+template <int kRays, bool kAny>
+FIRN_INLINE Floats Packet<kRays, kAny>::seen(int part, Floats x, Floats y, Floats z, Floats r2,
+                                             Floats& along) const {
+  const Floats c[3] = {x - o_[0][part], y - o_[1][part], z - o_[2][part]};
+  const Floats d[3] = {d_[0][part], d_[1][part], d_[2][part]};
+  return project(c, d, r2, along);
+}
+
+// Whether a ball is met is asked first, where it is entered later: so no branch hangs on each.
+template <int kRays, bool kAny>
+void Packet<kRays, kAny>::settle() {
+  for (int k = 0; k < meetings_; ++k) {
+    const Meeting& m = meeting_[k];
+    Floats& best = best_[m.part];
+    Ints& particle = particle_[m.part];
+    const Ints index = splat_int(m.ball);
+    const Floats t = m.along - sqrt(m.depth2);  // NaN where missed: every comparison is then false
+    // Flipping the sign bit orders unsigned indices as signed ones.
+    const Mask lower = less(index ^ INT32_MIN, particle ^ INT32_MIN);
+    const Mask nearer = less(splat(0), t) & (less(t, best) | (less_equal(t, best) & lower));
+    best = select(nearer, t, best);
+    particle = select(nearer, index, particle);
+    found_ |= any(nearer);
+  }
+  meetings_ = 0;
 }
 
 template <int kRays, bool kAny>
@@ -343,6 +378,7 @@ bool Packet<kRays, kAny>::walk(float widest) {
       if (here.high[0] - here.low[0] > most || here.high[1] - here.low[1] > most) return false;
       found_ = false;
       test_cells(low, high);
+      settle();
       if (found_) {
         look_ahead_needed = true;
         shorten();
@@ -362,9 +398,12 @@ void Packet<kRays, kAny>::store_hits() const {
     store(particle + part * kLanes, particle_[part]);
   }
   for (int lane = 0; lane < kRays; ++lane) {
-    if (particle[lane] == -1) continue;
-    if (!kAny) rays_.t[begin_ + lane] = static_cast<float>(entry_[lane] + best[lane]);
-    rays_.hit[begin_ + lane] = static_cast<std::uint32_t>(particle[lane]);
+    if (kAny) {
+      if (best[lane] == kBlocked) rays_.hit[begin_ + lane] = 0;
+    } else if (particle[lane] != -1) {
+      rays_.t[begin_ + lane] = static_cast<float>(entry_[lane] + best[lane]);
+      rays_.hit[begin_ + lane] = static_cast<std::uint32_t>(particle[lane]);
+    }
   }
 }
 

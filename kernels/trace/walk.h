@@ -27,6 +27,34 @@ FIRN_INLINE void enter_grid(const TraceGrid& grid, const float o[3], const float
   rest = meets ? static_cast<float>(reach - entry) : -1.f;
 }
 
+// The same for rays [begin, begin + count), as columns. Rays from inside stay where they are.
+FIRN_INLINE void move_to_grid(const TraceGrid& grid, const RayView& rays, std::size_t begin, std::size_t count,
+                              float* const (&o)[3], float* const (&d)[3], double* entry, float* rest) {
+  bool inside = grid.cells[0] > 0;
+  for (int a = 0; a < 3; ++a) {
+    const float size = grid.cell * static_cast<float>(grid.cells[a]);
+    const float* const from = rays.origin[a] + begin;
+    int out = 0;
+    for (std::size_t k = 0; k < count; ++k) out |= static_cast<int>(!(from[k] >= 0)) | (!(from[k] <= size));
+    inside = inside && out == 0;
+    __builtin_memcpy(d[a], rays.direction[a] + begin, count * sizeof(float));
+    if (inside) __builtin_memcpy(o[a], from, count * sizeof(float));
+  }
+  if (inside) {
+    for (std::size_t k = 0; k < count; ++k) {
+      entry[k] = 0;
+      rest[k] = rays.t[begin + k] >= 0 ? rays.t[begin + k] : -1.f;
+    }
+    return;
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    const Ray ray = load_ray(rays, begin + k);
+    float moved[3];
+    enter_grid(grid, ray.o, ray.d, rays.t[begin + k], moved, entry[k], rest[k]);
+    for (int a = 0; a < 3; ++a) o[a][k] = moved[a];
+  }
+}
+
 inline constexpr float kNever = 3e38f;  // m, to planes that a ray does not meet
 
 FIRN_INLINE Floats inverse_of(Floats d) {

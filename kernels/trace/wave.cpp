@@ -46,6 +46,7 @@ class Wave {
   FIRN_INLINE void test_list(std::uint32_t word, int at);
   void enter_found();
   FIRN_INLINE void enter(Floats t, int bits, int k);
+  FIRN_INLINE void block(int at, bool blocked);
   void test_around(int at, const int cell[3]);
   void go_on();
 
@@ -83,15 +84,7 @@ void Wave<kAny>::take(std::size_t begin, std::size_t count) {
     rays_.hit[i] = kAny ? 0 : stray.particle;
     if (!kAny) rays_.t[i] = stray.t;
   }
-  for (std::size_t k = 0; k < count; ++k) {
-    const Ray ray = load_ray(rays_, begin + k);
-    float moved[3];
-    enter_grid(grid_, ray.o, ray.d, rays_.t[begin + k], moved, entry_[k], reach_[k]);
-    for (int a = 0; a < 3; ++a) {
-      o_[a][k] = moved[a];
-      d_[a][k] = ray.d[a];
-    }
-  }
+  move_to_grid(grid_, rays_, begin, count, {o_[0], o_[1], o_[2]}, {d_[0], d_[1], d_[2]}, entry_, reach_);
   for (std::size_t k = 0; kAny && k < count; ++k) {
     if (rays_.hit[begin + k] != kNoHit) reach_[k] = -1;
   }
@@ -186,6 +179,10 @@ FIRN_INLINE void Wave<kAny>::test_list(std::uint32_t word, int at) {
     const Floats its = grid_.radius == nullptr ? r2 : load(list + 4 * count + i);
     Floats along;
     const Floats depth2 = project(c, d, its, along);
+    if (kAny) {
+      block(at, any(blocks(depth2, along, splat(reach_[at])) & mask_of_first(some)));
+      continue;
+    }
     store(along_[found_], along);
     store(depth2_[found_], depth2);
     bits_[found_] = lane_bits(may_enter(depth2, along, splat(grid_.max_radius), splat(reach_[at])) &
@@ -211,11 +208,6 @@ FIRN_INLINE void Wave<kAny>::enter(Floats t, int bits, int k) {
   const float reach = reach_[at];
   int in = lane_bits(less(splat(0), t) & less_equal(t, splat(reach))) & bits;
   if (in == 0) return;
-  if (kAny) {
-    rays_.hit[i] = 0;
-    reach_[at] = -1;
-    return;
-  }
   const Floats distance = select(mask_of_bits(in), t, splat(__builtin_huge_valf()));
   const float least = -greatest_lane(-distance);
   std::uint32_t first = kNoHit;  // of equal distances the lowest index
@@ -230,20 +222,30 @@ FIRN_INLINE void Wave<kAny>::enter(Floats t, int bits, int k) {
   rays_.t[i] = static_cast<float>(entry_[ray] + least);
 }
 
+template <bool kAny>
+FIRN_INLINE void Wave<kAny>::block(int at, bool blocked) {
+  const std::size_t i = begin_ + static_cast<std::size_t>(ray_[at]);
+  rays_.hit[i] = blocked ? 0 : rays_.hit[i];
+  reach_[at] = blocked ? -1 : reach_[at];
+}
+
 // Where there is no list.
 template <bool kAny>
 void Wave<kAny>::test_around(int at, const int cell[3]) {
   const Ray ray{{o_[0][at], o_[1][at], o_[2][at]}, {d_[0][at], d_[1][at], d_[2][at]}};
   const auto which = static_cast<std::size_t>(ray_[at]);
   Nearest best{reach_[at], rays_.hit[begin_ + which]};
-  const Nearest before = best;
   for_each_run_around(grid_, cell, cells_reached(grid_), [&](std::uint32_t begin, std::uint32_t end) {
-    test_run(grid_, begin, end, ray, best);
+    if (kAny) {
+      block(at, run_blocks(grid_, begin, end, ray, reach_[at]));
+    } else {
+      test_run(grid_, begin, end, ray, best);
+    }
   });
-  if (best.particle == before.particle) return;
-  reach_[at] = kAny ? -1 : best.t;
-  rays_.hit[begin_ + which] = kAny ? 0 : best.particle;
-  if (!kAny) rays_.t[begin_ + which] = static_cast<float>(entry_[which] + best.t);
+  if (kAny || best.particle == rays_.hit[begin_ + which]) return;
+  reach_[at] = best.t;
+  rays_.hit[begin_ + which] = best.particle;
+  rays_.t[begin_ + which] = static_cast<float>(entry_[which] + best.t);
 }
 
 // Each to its next cell.
