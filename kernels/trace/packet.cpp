@@ -56,9 +56,10 @@ class Packet {
   Window window(float near, float far) const;
   bool cells_of(const Window& window, int first, int last, int low[3], int high[3]) const;
   int clearance(const int low[3], const int high[3]) const;
-  void test_cells(const int low[3], const int high[3]);
-  FIRN_INLINE void test_run(std::uint32_t begin, std::uint32_t end);
-  FIRN_INLINE Mask in_bounds(std::uint32_t begin, int some) const;
+  void collect(const int low[3], const int high[3], float plane);
+  FIRN_INLINE void collect_run(std::uint32_t begin, std::uint32_t end, float plane);
+  FIRN_INLINE Mask in_bounds(std::uint32_t begin, int some, Floats along) const;
+  bool test_slab(float plane);
   FIRN_INLINE void test_ball(std::uint32_t ball);
   FIRN_INLINE Floats seen(int part, Floats x, Floats y, Floats z, Floats r2, Floats& along) const;
   void settle();
@@ -70,6 +71,7 @@ class Packet {
     int part;
   };
   static constexpr int kMostMeetings = 64;
+  static constexpr int kMostCollected = 1024;
 
   const TraceGrid& grid_;
   const RayView& rays_;
@@ -81,6 +83,9 @@ class Packet {
   double entry_[kRays];
   Meeting meeting_[kAny ? 1 : kMostMeetings];
   int meetings_ = 0;
+  // Balls of a slab within the bounds, and their slices, from 0 on.
+  std::int32_t ball_[kMostCollected + kLanes], slice_[kMostCollected + kLanes];
+  int collected_ = 0;
   int main_, side_[2];  // axes
   bool forward_;
   bool found_ = false;  // a ball since the bounds were drawn
@@ -242,13 +247,12 @@ int Packet<kRays, kAny>::clearance(const int low[3], const int high[3]) const {
   return least;
 }
 
-// Of a register of balls those that the bounds' four planes leave to the rays.
+// Of a register of balls, so far along from from_, those that the bounds' planes leave to the rays.
 template <int kRays, bool kAny>
-FIRN_INLINE Mask Packet<kRays, kAny>::in_bounds(std::uint32_t begin, int some) const {
+FIRN_INLINE Mask Packet<kRays, kAny>::in_bounds(std::uint32_t begin, int some, Floats along) const {
   const float* const column[3] = {grid_.x, grid_.y, grid_.z};
-  const Floats at = load_first(column[main_] + begin, some, 0.f);
-  const Floats along = (forward_ ? at : -at) - from_;
-  Mask in = mask_of_first(some) & less_equal(along, splat(furthest_ + reach_ - from_));
+  Mask in = mask_of_first(some) & less_equal(splat(-reach_), along) &
+            less_equal(along, splat(furthest_ + reach_ - from_));
   for (int side = 0; side < 2; ++side) {
     const Floats c = load_first(column[side_[side]] + begin, some, 0.f);
     in = in & less_equal(fma(along, splat(slope_.low[side]), splat(near_.low[side])), c) &
@@ -258,12 +262,66 @@ FIRN_INLINE Mask Packet<kRays, kAny>::in_bounds(std::uint32_t begin, int some) c
 }
 
 template <int kRays, bool kAny>
-FIRN_INLINE void Packet<kRays, kAny>::test_run(std::uint32_t begin, std::uint32_t end) {
+FIRN_INLINE void Packet<kRays, kAny>::collect_run(std::uint32_t begin, std::uint32_t end, float plane) {
+  const float* const column[3] = {grid_.x, grid_.y, grid_.z};
   for (; begin < end; begin += kLanes) {
     const int some = end - begin < kLanes ? static_cast<int>(end - begin) : kLanes;
-    for (int in = lane_bits(in_bounds(begin, some)); in != 0; in &= in - 1)
-      test_ball(begin + static_cast<std::uint32_t>(__builtin_ctz(static_cast<unsigned>(in))));
+    const Floats at = load_first(column[main_] + begin, some, 0.f);
+    const Floats along = (forward_ ? at : -at) - from_;
+    const Mask in = in_bounds(begin, some, along);
+    const Floats slices = min(max((along + (from_ - plane)) * grid_.inv_cell, splat(0)), splat(3));
+    store_packed(ball_ + collected_, in, lane_numbers() + static_cast<std::int32_t>(begin));
+    store_packed(slice_ + collected_, in, __builtin_convertvector(slices, Ints));
+    collected_ += __builtin_popcount(static_cast<unsigned>(lane_bits(in)));
+    if (collected_ > kMostCollected - kLanes) {
+      for (int k = 0; k < collected_; ++k) test_ball(static_cast<std::uint32_t>(ball_[k]));
+      collected_ = 0;
+    }
   }
+}
+
+// The balls of these cells, which lie in one slab, that are within the bounds. Cells of a brick that follow one
+// another along y and z are one run, so that registers are full; it is cheaper to tell balls than cells.
+template <int kRays, bool kAny>
+void Packet<kRays, kAny>::collect(const int low[3], const int high[3], float plane) {
+  for (int bx = low[0] >> 2; bx <= high[0] >> 2; ++bx) {
+    for (int by = low[1] >> 2; by <= high[1] >> 2; ++by) {
+      for (int bz = low[2] >> 2; bz <= high[2] >> 2; ++bz) {
+        const std::int32_t slot = grid_.slot[brick_at(grid_, bx, by, bz)];
+        if (slot < 0) continue;
+        const int x0 = low[0] > 4 * bx ? low[0] & 3 : 0, x1 = high[0] < 4 * bx + 3 ? high[0] & 3 : 3;
+        const int y0 = low[1] > 4 * by ? low[1] & 3 : 0, y1 = high[1] < 4 * by + 3 ? high[1] & 3 : 3;
+        const std::uint32_t* const start = grid_.cell_start + static_cast<std::size_t>(slot) * kCellsPerBrick;
+        for (int x = x0; x <= x1; ++x) collect_run(start[16 * x + 4 * y0], start[16 * x + 4 * y1 + 4], plane);
+      }
+    }
+  }
+}
+
+// Those that were collected, slice by slice; true if no ray goes further.
+template <int kRays, bool kAny>
+bool Packet<kRays, kAny>::test_slab(float plane) {
+  int next[kBrickCells] = {}, end[kBrickCells];
+  std::int32_t sorted[kMostCollected];
+  for (int k = 0; k < collected_; ++k) ++next[slice_[k]];
+  for (int k = 0, sum = 0; k < kBrickCells; ++k) {
+    end[k] = sum + next[k];
+    next[k] = sum;
+    sum = end[k];
+  }
+  for (int k = 0; k < collected_; ++k) sorted[next[slice_[k]]++] = ball_[k];
+  bool done = false;
+  for (int k = 0, ball = 0; k < kBrickCells && !done; ++k) {
+    const bool before = found_;
+    found_ = false;
+    for (; ball < end[k]; ++ball) test_ball(static_cast<std::uint32_t>(sorted[ball]));
+    settle();
+    if (found_) shorten();
+    found_ |= before;
+    done = plane + static_cast<float>(k + 1) * grid_.cell - reach_ > furthest_;
+  }
+  collected_ = 0;
+  return done;
 }
 
 template <int kRays, bool kAny>
@@ -322,23 +380,6 @@ void Packet<kRays, kAny>::settle() {
   meetings_ = 0;
 }
 
-template <int kRays, bool kAny>
-void Packet<kRays, kAny>::test_cells(const int low[3], const int high[3]) {
-  for (int x = low[0]; x <= high[0]; ++x) {
-    for (int y = low[1]; y <= high[1]; ++y) {
-      for (int z = low[2]; z <= high[2];) {
-        const int last = (z | 3) < high[2] ? (z | 3) : high[2];  // in this brick: one run of balls
-        const std::int32_t slot = grid_.slot[brick_at(grid_, x >> 2, y >> 2, z >> 2)];
-        if (slot >= 0) {
-          const std::size_t place = cell_at(slot, x, y, z);
-          test_run(grid_.cell_start[place], grid_.cell_start[place + (last - z) + 1]);
-        }
-        z = last + 1;
-      }
-    }
-  }
-}
-
 // Slab of bricks after slab of bricks, slice after slice. "Along" counts in the rays' direction.
 template <int kRays, bool kAny>
 bool Packet<kRays, kAny>::walk(float widest) {
@@ -369,22 +410,14 @@ bool Packet<kRays, kAny>::walk(float widest) {
       slab += kBrickCells * static_cast<int>(static_cast<float>(empty - 1) / steepest);
       continue;
     }
-    bool look_ahead_needed = false;
-    for (int k = slab; k < slab + kBrickCells; ++k) {
-      if (plane(k) - reach_ > furthest_) return true;
-      slices(k, 1, least, last);
+    for (int k = slab; k < slab + kBrickCells; k += kBrickCells - 1) {
       const Window here = window(plane(k) - reach_, plane(k + 1) + reach_);
-      if (!cells_of(here, least, last, low, high)) continue;
       if (here.high[0] - here.low[0] > most || here.high[1] - here.low[1] > most) return false;
-      found_ = false;
-      test_cells(low, high);
-      settle();
-      if (found_) {
-        look_ahead_needed = true;
-        shorten();
-      }
     }
-    if (look_ahead_needed) look_ahead(plane(slab + kBrickCells) - reach_);
+    found_ = false;
+    collect(low, high, plane(slab));
+    if (test_slab(plane(slab))) return true;
+    if (found_) look_ahead(plane(slab + kBrickCells) - reach_);
   }
   return true;
 }
