@@ -452,7 +452,7 @@ bool trace_packet(const TraceGrid& grid, const RayView& rays, std::size_t begin,
 }
 
 // Cells across a packet beyond which fewer rays at a time are faster; from the bench.
-constexpr float kWidestLarge = 6, kWidestSmall = 4;
+constexpr float kWidestLarge = 16, kWidestSmall = 8;
 
 template <bool kAny>
 void trace_coherent(const TraceGrid& grid, const RayView& rays, std::size_t begin, std::size_t end) {
