@@ -284,18 +284,8 @@ FIRN_INLINE void Packet<kRays, kAny>::collect_run(std::uint32_t begin, std::uint
 // another along y and z are one run, so that registers are full; it is cheaper to tell balls than cells.
 template <int kRays, bool kAny>
 void Packet<kRays, kAny>::collect(const int low[3], const int high[3], float plane) {
-  for (int bx = low[0] >> 2; bx <= high[0] >> 2; ++bx) {
-    for (int by = low[1] >> 2; by <= high[1] >> 2; ++by) {
-      for (int bz = low[2] >> 2; bz <= high[2] >> 2; ++bz) {
-        const std::int32_t slot = grid_.slot[brick_at(grid_, bx, by, bz)];
-        if (slot < 0) continue;
-        const int x0 = low[0] > 4 * bx ? low[0] & 3 : 0, x1 = high[0] < 4 * bx + 3 ? high[0] & 3 : 3;
-        const int y0 = low[1] > 4 * by ? low[1] & 3 : 0, y1 = high[1] < 4 * by + 3 ? high[1] & 3 : 3;
-        const std::uint32_t* const start = grid_.cell_start + static_cast<std::size_t>(slot) * kCellsPerBrick;
-        for (int x = x0; x <= x1; ++x) collect_run(start[16 * x + 4 * y0], start[16 * x + 4 * y1 + 4], plane);
-      }
-    }
-  }
+  for_each_long_run(grid_, low, high,
+                    [&](std::uint32_t begin, std::uint32_t end) { collect_run(begin, end, plane); });
 }
 
 // Those that were collected, slice by slice; true if no ray goes further.
