@@ -40,7 +40,8 @@ FIRN_INLINE Mask may_enter(Floats depth2, Floats along, Floats r, Floats reach) 
   return less_equal(splat(0), depth2) & less(splat(0), along) & less_equal(along - r, reach);
 }
 
-// Whether along - sqrt(depth2) is a distance in (0, reach], by squares: all ways of asking for any hit ask this.
+// Whether along - sqrt(depth2) is a distance in (0, reach], by squares: all ways of asking for any hit ask
+// this.
 FIRN_INLINE Mask blocks(Floats depth2, Floats along, Floats reach) {
   const Floats beyond = along - reach;
   return less_equal(splat(0), depth2) & less(splat(0), along) & less(depth2, along * along) &
@@ -78,7 +79,8 @@ FIRN_INLINE void test_bundles(const BallBundle* bundles, std::uint64_t begin, st
       const Floats c[3] = {load(balls.x + part) - ray.o[0], load(balls.y + part) - ray.o[1],
                            load(balls.z + part) - ray.o[2]};
       test_lanes(
-          c, d, load(balls.r2 + part), __builtin_huge_valf(), [&](int lane) { return balls.particle[part + lane]; }, best);
+          c, d, load(balls.r2 + part), __builtin_huge_valf(),
+          [&](int lane) { return balls.particle[part + lane]; }, best);
       if (kAny && best.particle != kNoHit) return;
     }
   }

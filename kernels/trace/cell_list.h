@@ -42,8 +42,8 @@ FIRN_INLINE void for_each_run_around(const TraceGrid& grid, const int cell[3], i
   }
 }
 
-// Calls run(begin, end) for the sorted balls of cells low to high, and of those beside them along z in the same
-// bricks: so the cells of several rows are one run, and registers are full.
+// Calls run(begin, end) for the sorted balls of cells low to high, and of those beside them along z in the
+// same bricks: so the cells of several rows are one run, and registers are full.
 template <class Run>
 FIRN_INLINE void for_each_long_run(const TraceGrid& grid, const int low[3], const int high[3], Run&& run) {
   for (int bx = low[0] >> 2; bx <= high[0] >> 2; ++bx) {

@@ -28,8 +28,9 @@ FIRN_INLINE void enter_grid(const TraceGrid& grid, const float o[3], const float
 }
 
 // The same for rays [begin, begin + count), as columns. Rays from inside stay where they are.
-FIRN_INLINE void move_to_grid(const TraceGrid& grid, const RayView& rays, std::size_t begin, std::size_t count,
-                              float* const (&o)[3], float* const (&d)[3], double* entry, float* rest) {
+FIRN_INLINE void move_to_grid(const TraceGrid& grid, const RayView& rays, std::size_t begin,
+                              std::size_t count, float* const (&o)[3], float* const (&d)[3], double* entry,
+                              float* rest) {
   bool inside = grid.cells[0] > 0;
   for (int a = 0; a < 3; ++a) {
     const float size = grid.cell * static_cast<float>(grid.cells[a]);

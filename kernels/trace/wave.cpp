@@ -173,10 +173,10 @@ FIRN_INLINE void Wave<kAny>::test_list(std::uint32_t word, int at) {
   const Floats r2 = splat(grid_.max_radius * grid_.max_radius);
   for (int i = 0; i < count; i += kLanes) {
     const int some = count - i < kLanes ? count - i : kLanes;
-    const Floats c[3] = {load(list + i) - o_[0][at], load(list + count + i) - o_[1][at],
-                         load(list + 2 * count + i) - o_[2][at]};
+    const auto column = [&](int k) FIRN_INLINE_LAMBDA { return load_first(list + k * count + i, some, 0.f); };
+    const Floats c[3] = {column(0) - o_[0][at], column(1) - o_[1][at], column(2) - o_[2][at]};
     const Floats d[3] = {splat(d_[0][at]), splat(d_[1][at]), splat(d_[2][at])};
-    const Floats its = grid_.radius == nullptr ? r2 : load(list + 4 * count + i);
+    const Floats its = grid_.radius == nullptr ? r2 : column(4);
     Floats along;
     const Floats depth2 = project(c, d, its, along);
     if (kAny) {
@@ -185,8 +185,8 @@ FIRN_INLINE void Wave<kAny>::test_list(std::uint32_t word, int at) {
     }
     store(along_[found_], along);
     store(depth2_[found_], depth2);
-    bits_[found_] = lane_bits(may_enter(depth2, along, splat(grid_.max_radius), splat(reach_[at])) &
-                              mask_of_first(some));
+    bits_[found_] =
+        lane_bits(may_enter(depth2, along, splat(grid_.max_radius), splat(reach_[at])) & mask_of_first(some));
     whose_[found_] = at;
     index_[found_] = list + 3 * count + i;
     found_ += bits_[found_] != 0;
