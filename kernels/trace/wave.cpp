@@ -38,11 +38,13 @@ class Wave {
  private:
   static constexpr int kMostRegisters = kMost / kLanes;
   static constexpr int kMostFound = 64;  // registers of balls at a time
+  static constexpr int kAhead = 4;       // lists asked for before they are read
 
   void take(std::size_t begin, std::size_t count);
   void close_ranks();
   int find_listed();
   void test_lists(int listed);
+  FIRN_INLINE void fetch(std::uint32_t word) const;
   FIRN_INLINE void test_list(std::uint32_t word, int at);
   void enter_found();
   FIRN_INLINE void enter(Floats t, int bits, int k);
@@ -152,6 +154,7 @@ template <bool kAny>
 void Wave<kAny>::test_lists(int listed) {
   for (int i = 0; i < listed; ++i) {
     const int at = listed_[i];
+    fetch(static_cast<std::uint32_t>(word_[i + kAhead < listed ? i + kAhead : i]));
     auto word = static_cast<std::uint32_t>(word_[i]);
     if (word >= kNoList) {
       const int cell[3] = {cell_[0][at], cell_[1][at], cell_[2][at]};
@@ -164,6 +167,14 @@ void Wave<kAny>::test_lists(int listed) {
     test_list(word, at);
   }
   enter_found();
+}
+
+// Asks for a list that will soon be read.
+template <bool kAny>
+FIRN_INLINE void Wave<kAny>::fetch(std::uint32_t word) const {
+  if (word >= kNoList) return;
+  const float* const list = grid_.lists + static_cast<std::size_t>(word >> 8) * kListUnit;
+  for (int unit = 0; unit < 4; ++unit) __builtin_prefetch(list + unit * kListUnit);
 }
 
 template <bool kAny>
