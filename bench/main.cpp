@@ -35,7 +35,7 @@ constexpr const char* kUsage =
     "  costs with sleep and without\n"
     "usage: firn-bench trace [--particles N] [--shape ball|slab] [--radius r] [--threads T]\n"
     "                        [--order blocks|lattice] [--isa I] [--repeats R]\n"
-    "                        [--clock wall|cpu] [--json FILE]\n"
+    "                        [--clock wall|cpu] [--no-rivals] [--json FILE]\n"
     "  a frame of 1024 x 768 pixels of balls of radius r lattice spacings: rebuild, camera rays, a shadow "
     "ray\n"
     "  from each hit that faces the light, a bounce ray from each hit; firn's tracer and, where firn-bench "
@@ -196,6 +196,7 @@ int trace(int argc, char** argv) {
                    {"--repeats", number("--repeats", o.repeats)},
                    {"--clock", word(o.clock)},
                    {"--json", word(o.json)}};
+  options.flags = {{"--no-rivals", [&] { o.rivals = false; }}};
   options.read(argc, argv);
   return firn::bench::run_trace(o) ? 0 : 1;
 }

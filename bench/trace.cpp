@@ -152,7 +152,7 @@ void print(const Json& r) {
     }
     std::printf("; mean distance %.6g m\n", f["primary"]["mean_t"].get<double>());
   }
-  if (r["embree"].is_null()) {
+  if (rivals_version().empty()) {
     std::printf("built without Embree, so without rivals: apt install libembree-dev, then build anew\n");
   }
   for (const auto& [name, ratio] : r["ratios"].items())
@@ -176,7 +176,8 @@ bool run_trace(const TraceOptions& options) {
   FirnTracer firn(scene.snapshot, options.radius, kernels);
   firn.build();
   const Balls balls{scene.snapshot, firn.radii()};
-  const auto rivals = make_rivals(balls, kernels.isa, options.threads);
+  std::vector<std::unique_ptr<Tracer>> rivals;
+  if (options.rivals) rivals = make_rivals(balls, kernels.isa, options.threads);
   std::vector<Contender> contenders(1);
   contenders[0].tracer = &firn;
   for (const auto& rival : rivals) contenders.emplace_back().tracer = rival.get();

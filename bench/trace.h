@@ -13,6 +13,7 @@ struct TraceOptions {
   int threads = 2;
   std::string isa = "auto";
   int repeats = 9;
+  bool rivals = true;
   std::string clock = "wall";  // or "cpu": bench/trace_frame.h
   std::string json;            // path; empty: none
 };

@@ -34,13 +34,28 @@ FIRN_INLINE Floats project(const Floats c[3], const Floats d[3], Floats r2, Floa
   return r2 - fma(qz, qz, fma(qy, qy, qx * qx));
 }
 
-// One ray against a register of balls, whose sorted indices are particle(lane). A negative r2 is never hit.
+// False where along - sqrt(depth2), which lies within [along - r, along], cannot be a distance in (0, reach]:
+// this tells most balls, and roots are slow.
+FIRN_INLINE Mask may_enter(Floats depth2, Floats along, Floats r, Floats reach) {
+  return less_equal(splat(0), depth2) & less(splat(0), along) & less_equal(along - r, reach);
+}
+
+// Whether along - sqrt(depth2) is a distance in (0, reach], by squares: all ways of asking for any hit ask
+// this.
+FIRN_INLINE Mask blocks(Floats depth2, Floats along, Floats reach) {
+  const Floats beyond = along - reach;
+  return less_equal(splat(0), depth2) & less(splat(0), along) & less(depth2, along * along) &
+         (less_equal(beyond, splat(0)) | less_equal(beyond * beyond, depth2));
+}
+
+// One ray against a register of balls, whose sorted indices are particle(lane). A negative r2 is never hit;
+// no radius is larger than most_r.
 template <class Particle>
-FIRN_INLINE void test_lanes(const Floats c[3], const Floats d[3], Floats r2, Particle particle,
+FIRN_INLINE void test_lanes(const Floats c[3], const Floats d[3], Floats r2, float most_r, Particle particle,
                             Nearest& best) {
   Floats along;
   const Floats depth2 = project(c, d, r2, along);
-  if (!any(less_equal(splat(0), depth2))) return;
+  if (!any(may_enter(depth2, along, splat(most_r), splat(best.t)))) return;
   const Floats t = along - sqrt(depth2);  // NaN where missed: every comparison is then false
   int hits = lane_bits(less(splat(0), t) & less_equal(t, splat(best.t)));
   if (hits == 0) return;
@@ -64,7 +79,8 @@ FIRN_INLINE void test_bundles(const BallBundle* bundles, std::uint64_t begin, st
       const Floats c[3] = {load(balls.x + part) - ray.o[0], load(balls.y + part) - ray.o[1],
                            load(balls.z + part) - ray.o[2]};
       test_lanes(
-          c, d, load(balls.r2 + part), [&](int lane) { return balls.particle[part + lane]; }, best);
+          c, d, load(balls.r2 + part), __builtin_huge_valf(),
+          [&](int lane) { return balls.particle[part + lane]; }, best);
       if (kAny && best.particle != kNoHit) return;
     }
   }
@@ -77,19 +93,42 @@ FIRN_INLINE Floats radii(const TraceGrid& grid, std::uint64_t b, int some) {
                         : select(mask_of_first(some), splat(grid.max_radius), splat(-1));
 }
 
-// The same over a run of the sorted columns.
-inline void test_run(const TraceGrid& grid, std::uint64_t begin, std::uint64_t end, const Ray& ray,
-                     Nearest& best) {
-  const Floats d[3] = {splat(ray.d[0]), splat(ray.d[1]), splat(ray.d[2])};
+// Calls test(c, r, b) for each register of a run of the sorted columns: from the ray's origin to their
+// centres, their radii, and the index of the first.
+template <class Test>
+FIRN_INLINE void for_each_register(const TraceGrid& grid, std::uint64_t begin, std::uint64_t end,
+                                   const Ray& ray, Test&& test) {
   for (std::uint64_t b = begin; b < end; b += kLanes) {
     const int count = end - b < kLanes ? static_cast<int>(end - b) : kLanes;
     const Floats c[3] = {load_first(grid.x + b, count, 0.f) - ray.o[0],
                          load_first(grid.y + b, count, 0.f) - ray.o[1],
                          load_first(grid.z + b, count, 0.f) - ray.o[2]};
-    const Floats r = radii(grid, b, count);
-    test_lanes(
-        c, d, r * abs(r), [&](int lane) { return static_cast<std::uint32_t>(b) + lane; }, best);
+    test(c, radii(grid, b, count), b);
   }
+}
+
+// The same over a run of the sorted columns.
+inline void test_run(const TraceGrid& grid, std::uint64_t begin, std::uint64_t end, const Ray& ray,
+                     Nearest& best) {
+  const Floats d[3] = {splat(ray.d[0]), splat(ray.d[1]), splat(ray.d[2])};
+  for_each_register(grid, begin, end, ray, [&](const Floats c[3], Floats r, std::uint64_t b) {
+    test_lanes(
+        c, d, r * abs(r), grid.max_radius, [&](int lane) { return static_cast<std::uint32_t>(b) + lane; },
+        best);
+  });
+}
+
+// Whether one of them blocks the ray.
+inline bool run_blocks(const TraceGrid& grid, std::uint64_t begin, std::uint64_t end, const Ray& ray,
+                       float reach) {
+  const Floats d[3] = {splat(ray.d[0]), splat(ray.d[1]), splat(ray.d[2])};
+  bool blocked = false;
+  for_each_register(grid, begin, end, ray, [&](const Floats c[3], Floats r, std::uint64_t) {
+    Floats along;
+    const Floats depth2 = project(c, d, r * abs(r), along);
+    blocked |= any(blocks(depth2, along, splat(reach)));
+  });
+  return blocked;
 }
 
 // And over a cell's list.
@@ -111,7 +150,7 @@ FIRN_INLINE void test_list(const TraceGrid& grid, std::uint32_t word, const Ray&
       its = select(mask_of_first(some), r2, splat(-1));
     }
     test_lanes(
-        c, d, its,
+        c, d, its, grid.max_radius,
         [&](int lane) {
           std::uint32_t particle;
           __builtin_memcpy(&particle, list + 3 * count + i + lane, sizeof particle);

@@ -42,6 +42,25 @@ FIRN_INLINE void for_each_run_around(const TraceGrid& grid, const int cell[3], i
   }
 }
 
+// Calls run(begin, end) for the sorted balls of cells low to high, and of those beside them along z in the
+// same bricks: so the cells of several rows are one run, and registers are full.
+template <class Run>
+FIRN_INLINE void for_each_long_run(const TraceGrid& grid, const int low[3], const int high[3], Run&& run) {
+  for (int bx = low[0] >> 2; bx <= high[0] >> 2; ++bx) {
+    for (int by = low[1] >> 2; by <= high[1] >> 2; ++by) {
+      for (int bz = low[2] >> 2; bz <= high[2] >> 2; ++bz) {
+        const std::int32_t slot = grid.slot[brick_at(grid, bx, by, bz)];
+        if (slot < 0) continue;
+        const std::uint32_t* const start = grid.cell_start + static_cast<std::size_t>(slot) * kCellsPerBrick;
+        if (start[0] == start[kCellsPerBrick]) continue;
+        const int x0 = low[0] > 4 * bx ? low[0] & 3 : 0, x1 = high[0] < 4 * bx + 3 ? high[0] & 3 : 3;
+        const int y0 = low[1] > 4 * by ? low[1] & 3 : 0, y1 = high[1] < 4 * by + 3 ? high[1] & 3 : 3;
+        for (int x = x0; x <= x1; ++x) run(start[16 * x + 4 * y0], start[16 * x + 4 * y1 + 4]);
+      }
+    }
+  }
+}
+
 FIRN_INLINE int cells_reached(const TraceGrid& grid) {
   return static_cast<int>(grid.max_radius * grid.inv_cell + kCellMargin) + 1;
 }
@@ -63,7 +82,13 @@ inline std::uint32_t make_list(const TraceGrid& grid, std::size_t place, const i
   std::uint32_t found[kMost + 2 * kLanes];
   std::size_t count = 0;
   const float margin = kCellMargin * grid.cell;
-  for_each_run_around(grid, cell, cells_reached(grid), [&](std::uint32_t begin, std::uint32_t end) {
+  const int reached = cells_reached(grid);
+  int low[3], high[3];
+  for (int a = 0; a < 3; ++a) {
+    low[a] = cell[a] > reached ? cell[a] - reached : 0;
+    high[a] = cell[a] + reached < grid.cells[a] ? cell[a] + reached : grid.cells[a] - 1;
+  }
+  for_each_long_run(grid, low, high, [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t b = begin; b < end && count <= kMost; b += kLanes) {
       const int some = end - b < kLanes ? static_cast<int>(end - b) : kLanes;
       const Floats reach = radii(grid, b, some) + margin;
@@ -98,12 +123,17 @@ inline std::uint32_t make_list(const TraceGrid& grid, std::size_t place, const i
   return word;
 }
 
+// The cell's word, after its list was made if nobody had asked for it.
+FIRN_INLINE std::uint32_t find_list(const TraceGrid& grid, std::size_t place, const int cell[3]) {
+  const std::uint32_t word = __atomic_load_n(&grid.list[place], __ATOMIC_ACQUIRE);
+  return word == kUnlisted ? make_list(grid, place, cell) : word;
+}
+
 // One ray against all balls that overlap a cell.
 template <bool kAny>
 FIRN_INLINE void test_cell(const TraceGrid& grid, std::size_t place, const int cell[3], const Ray& ray,
                            Nearest& best) {
-  std::uint32_t word = __atomic_load_n(&grid.list[place], __ATOMIC_ACQUIRE);
-  if (word == kUnlisted) word = make_list(grid, place, cell);
+  const std::uint32_t word = find_list(grid, place, cell);
   if (word == kNoList) {
     for_each_run_around(grid, cell, cells_reached(grid), [&](std::uint32_t begin, std::uint32_t end) {
       test_run(grid, begin, end, ray, best);

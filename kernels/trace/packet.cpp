@@ -1,113 +1,22 @@
 // SPDX-License-Identifier: MIT
 // Coherent rays, 64 or 16 at a time (Wald et al. 2006, "Ray tracing animated scenes using coherent grid
-// traversal"): the packet walks the grid slice by slice along its main axis. In each slice the rays' common
-// bounds, widened by the largest radius, name the cells whose balls can be met; each ball is broadcast
-// against the rays.
+// traversal"): the packet goes through the grid along its main axis, a slab of bricks at a time. The rays'
+// common bounds, widened by the largest radius, name the cells whose balls can be met; of these the bounds'
+// planes leave few, which are sorted by slice and broadcast against the rays, nearest slice first.
 //
-//     slice k          rays     o---->---------      Lists by centre do here: each ball is tested once a
+//     slab of bricks   rays     o---->---------      Lists by centre do here: each ball is tested once a
 //     packet,
 //     +---+---+---+        o---->---------           where lists by overlap would test it once a cell.
 //     |   |###|###|  <- cells within the bounds
 //
-// A packet whose bounds are wide against the cells is split, and rays that are not coherent go by stream.cpp.
-#include "kernels/trace/ball_test.h"
+// A packet whose bounds are wide against the cells is split, and rays that are not coherent go by wave.cpp.
+#include "kernels/trace/packet.h"
 #include "kernels/trace/cell_list.h"
-#include "kernels/trace/table.h"
-#include "kernels/trace/walk.h"
 
 namespace firn::kernels::FIRN_ISA {
 
-void closest(const TraceGrid&, const RayView&, std::size_t, std::size_t);   // stream.cpp
-void occluded(const TraceGrid&, const RayView&, std::size_t, std::size_t);  // stream.cpp
-
-namespace {
-
-constexpr int kLarge = 64, kSmall = 16;  // rays
-constexpr float kMinMainShare = 0.4f;    // of every direction along the main axis
-constexpr float kFar = 3e38f;
-
-// An interval of each of the two axes beside the main one.
-struct Window {
-  float low[2], high[2];
-};
-
-template <int kRays, bool kAny>
-class Packet {
- public:
-  static constexpr int kParts = kRays / kLanes < 1 ? 1 : kRays / kLanes;
-
-  Packet(const TraceGrid& grid, const RayView& rays, std::size_t begin)
-      : grid_(grid), rays_(rays), begin_(begin), reach_(grid.max_radius + kCellMargin * grid.cell) {}
-
-  // Strays first, then each ray moved to the grid; false if no ray meets it.
-  bool load_rays();
-  // Chooses the axis that the rays go along most; false if they do not all go the same way.
-  bool choose_main();
-  // False if the packet is or grows wider than `widest` cells beside the reach; what it has found then is not
-  // all.
-  bool walk(float widest);
-  void store_hits() const;
-
- private:
-  FIRN_INLINE Mask live(int part) const { return less_equal(splat(0), best_[part]); }
-  void look_ahead(float from);
-  FIRN_INLINE void shorten();
-  Window window(float near, float far) const;
-  bool cells_of(const Window& window, int first, int last, int low[3], int high[3]) const;
-  int clearance(const int low[3], const int high[3]) const;
-  void test_cells(const int low[3], const int high[3]);
-  FIRN_INLINE void test_balls(std::uint32_t begin, std::uint32_t end);
-
-  const TraceGrid& grid_;
-  const RayView& rays_;
-  std::size_t begin_;
-  float reach_;                         // m, how far from a ball's centre a ray can meet it
-  Floats o_[3][kParts], d_[3][kParts];  // m; origins moved to the grid's edge
-  Floats best_[kParts];                 // m from the moved origin; negative: not in the grid
-  Ints particle_[kParts];               // the bits of a sorted index
-  double entry_[kRays];
-  int main_, side_[2];  // axes
-  bool forward_;
-  bool found_ = false;  // a ball since the bounds were drawn
-  // Bounds of the rays that may still meet something: at the plane from_ and per metre along the main axis
-  // up to the plane to_; furthest_ is how far along it they reach. The coordinate along the main axis counts
-  // up in the rays' direction.
-  float from_, to_, furthest_;
-  Window at_, slope_;
-};
-
-template <int kRays, bool kAny>
-bool Packet<kRays, kAny>::load_rays() {
-  float o[3][kRays], d[3][kRays], best[kRays];
-  for (int lane = 0; lane < kRays; ++lane) rays_.hit[begin_ + lane] = kNoHit;
-  for (int lane = 0; lane < kRays && grid_.stray_bundles > 0; ++lane) {
-    Nearest stray{rays_.t[begin_ + lane], kNoHit};
-    test_bundles<kAny>(grid_.strays, 0, grid_.stray_bundles, load_ray(rays_, begin_ + lane), stray);
-    if (stray.particle == kNoHit) continue;
-    rays_.hit[begin_ + lane] = kAny ? 0 : stray.particle;
-    if (!kAny) rays_.t[begin_ + lane] = stray.t;
-  }
-  float some = -1;
-  for (int lane = 0; lane < kRays; ++lane) {
-    const Ray ray = load_ray(rays_, begin_ + lane);
-    float moved[3];
-    enter_grid(grid_, ray.o, ray.d, rays_.t[begin_ + lane], moved, entry_[lane], best[lane]);
-    for (int a = 0; a < 3; ++a) o[a][lane] = moved[a], d[a][lane] = ray.d[a];
-  }
-  for (int lane = 0; lane < kRays; ++lane) {
-    if (kAny && rays_.hit[begin_ + lane] != kNoHit) best[lane] = -1;
-    some = best[lane] > some ? best[lane] : some;
-  }
-  for (int part = 0; part < kParts; ++part) {
-    for (int a = 0; a < 3; ++a) {
-      o_[a][part] = load(o[a] + part * kLanes);
-      d_[a][part] = load(d[a] + part * kLanes);
-    }
-    best_[part] = load(best + part * kLanes);
-    particle_[part] = splat_int(-1);
-  }
-  return some >= 0;
-}
+void closest(const TraceGrid&, const RayView&, std::size_t, std::size_t);   // wave.cpp
+void occluded(const TraceGrid&, const RayView&, std::size_t, std::size_t);  // wave.cpp
 
 template <int kRays, bool kAny>
 bool Packet<kRays, kAny>::choose_main() {
@@ -163,6 +72,9 @@ void Packet<kRays, kAny>::look_ahead(float from) {
     const float length = to_ - from_;
     slope_.low[side] = (-greatest_lane(-low[1]) - at_.low[side]) / length;
     slope_.high[side] = (greatest_lane(high[1]) - at_.high[side]) / length;
+    const auto across = [&](float slope) { return reach_ * __builtin_sqrtf(1 + slope * slope); };
+    near_.low[side] = at_.low[side] - across(slope_.low[side]);
+    near_.high[side] = at_.high[side] + across(slope_.high[side]);
   }
 }
 
@@ -228,56 +140,71 @@ int Packet<kRays, kAny>::clearance(const int low[3], const int high[3]) const {
   return least;
 }
 
+// Of a register of balls, so far along from from_, those that the bounds' planes leave to the rays.
 template <int kRays, bool kAny>
-FIRN_INLINE void Packet<kRays, kAny>::test_balls(std::uint32_t begin, std::uint32_t end) {
-  for (std::uint32_t b = begin; b < end; ++b) {
-    const Floats x = splat(grid_.x[b]), y = splat(grid_.y[b]), z = splat(grid_.z[b]);
-    const float r = grid_.radius == nullptr ? grid_.max_radius : grid_.radius[b];
-    const Floats r2 = splat(r * r);
-    Floats along[kParts], depth2[kParts], deepest = splat(-1);
-#pragma GCC unroll 16
-    for (int part = 0; part < kParts; ++part) {
-      const Floats c[3] = {x - o_[0][part], y - o_[1][part], z - o_[2][part]};
-      const Floats d[3] = {d_[0][part], d_[1][part], d_[2][part]};
-      depth2[part] = project(c, d, r2, along[part]);
-      deepest = max(deepest, depth2[part]);
-    }
-    if (!any(less_equal(splat(0), deepest))) continue;
-    found_ = true;
-    const Ints index = splat_int(static_cast<std::int32_t>(b));
-#pragma GCC unroll 16
-    for (int part = 0; part < kParts; ++part) {
-      const Floats t = along[part] - sqrt(depth2[part]);  // NaN where missed: every comparison is then false
-      if (kAny) {  // the ray is done: a reach of less than nothing says so
-        const Mask blocked = less(splat(0), t) & less_equal(t, best_[part]);
-        best_[part] = select(blocked, splat(-1), best_[part]);
-        particle_[part] = select(blocked, splat_int(0), particle_[part]);
-        continue;
-      }
-      // Flipping the sign bit orders unsigned indices as signed ones.
-      const Mask lower = less(index ^ INT32_MIN, particle_[part] ^ INT32_MIN);
-      const Mask nearer = less(splat(0), t) & (less(t, best_[part]) | (less_equal(t, best_[part]) & lower));
-      best_[part] = select(nearer, t, best_[part]);
-      particle_[part] = select(nearer, index, particle_[part]);
+FIRN_INLINE Mask Packet<kRays, kAny>::in_bounds(std::uint32_t begin, int some, Floats along) const {
+  const float* const column[3] = {grid_.x, grid_.y, grid_.z};
+  Mask in = mask_of_first(some) & less_equal(splat(-reach_), along) &
+            less_equal(along, splat(furthest_ + reach_ - from_));
+  for (int side = 0; side < 2; ++side) {
+    const Floats c = load_first(column[side_[side]] + begin, some, 0.f);
+    in = in & less_equal(fma(along, splat(slope_.low[side]), splat(near_.low[side])), c) &
+         less_equal(c, fma(along, splat(slope_.high[side]), splat(near_.high[side])));
+  }
+  return in;
+}
+
+template <int kRays, bool kAny>
+FIRN_INLINE void Packet<kRays, kAny>::collect_run(std::uint32_t begin, std::uint32_t end, float plane) {
+  const float* const column[3] = {grid_.x, grid_.y, grid_.z};
+  for (; begin < end; begin += kLanes) {
+    const int some = end - begin < kLanes ? static_cast<int>(end - begin) : kLanes;
+    const Floats at = load_first(column[main_] + begin, some, 0.f);
+    const Floats along = (forward_ ? at : -at) - from_;
+    const Mask in = in_bounds(begin, some, along);
+    const Floats slices = min(max((along + (from_ - plane)) * grid_.inv_cell, splat(0)), splat(3));
+    store_packed(ball_ + collected_, in, lane_numbers() + static_cast<std::int32_t>(begin));
+    store_packed(slice_ + collected_, in, __builtin_convertvector(slices, Ints));
+    collected_ += __builtin_popcount(static_cast<unsigned>(lane_bits(in)));
+    if (collected_ > kMostCollected - kLanes) {
+      for (int k = 0; k < collected_; ++k) test_ball(static_cast<std::uint32_t>(ball_[k]));
+      collected_ = 0;
     }
   }
 }
 
+// The balls of these cells, which lie in one slab, that are within the bounds. Cells of a brick that follow
+// one another along y and z are one run, so that registers are full; it is cheaper to tell balls than cells.
 template <int kRays, bool kAny>
-void Packet<kRays, kAny>::test_cells(const int low[3], const int high[3]) {
-  for (int x = low[0]; x <= high[0]; ++x) {
-    for (int y = low[1]; y <= high[1]; ++y) {
-      for (int z = low[2]; z <= high[2];) {
-        const int last = (z | 3) < high[2] ? (z | 3) : high[2];  // in this brick: one run of balls
-        const std::int32_t slot = grid_.slot[brick_at(grid_, x >> 2, y >> 2, z >> 2)];
-        if (slot >= 0) {
-          const std::size_t place = cell_at(slot, x, y, z);
-          test_balls(grid_.cell_start[place], grid_.cell_start[place + (last - z) + 1]);
-        }
-        z = last + 1;
-      }
-    }
+void Packet<kRays, kAny>::collect(const int low[3], const int high[3], float plane) {
+  for_each_long_run(grid_, low, high,
+                    [&](std::uint32_t begin, std::uint32_t end) { collect_run(begin, end, plane); });
+}
+
+// Those that were collected, slice by slice; true if no ray goes further.
+template <int kRays, bool kAny>
+bool Packet<kRays, kAny>::test_slab(float plane) {
+  int next[kBrickCells] = {}, end[kBrickCells];
+  std::int32_t sorted[kMostCollected];
+  for (int k = 0; k < collected_; ++k) ++next[slice_[k]];
+  for (int k = 0, sum = 0; k < kBrickCells; ++k) {
+    end[k] = sum + next[k];
+    next[k] = sum;
+    sum = end[k];
   }
+  for (int k = 0; k < collected_; ++k) sorted[next[slice_[k]]++] = ball_[k];
+  bool done = false;
+  for (int k = 0, ball = 0; k < kBrickCells && !done; ++k) {
+    const bool before = found_;
+    found_ = false;
+    for (; ball < end[k]; ++ball) test_ball(static_cast<std::uint32_t>(sorted[ball]));
+    settle();
+    if (found_) shorten();
+    found_ |= before;
+    done = plane + static_cast<float>(k + 1) * grid_.cell - reach_ > furthest_;
+  }
+  collected_ = 0;
+  return done;
 }
 
 // Slab of bricks after slab of bricks, slice after slice. "Along" counts in the rays' direction.
@@ -310,39 +237,21 @@ bool Packet<kRays, kAny>::walk(float widest) {
       slab += kBrickCells * static_cast<int>(static_cast<float>(empty - 1) / steepest);
       continue;
     }
-    bool look_ahead_needed = false;
-    for (int k = slab; k < slab + kBrickCells; ++k) {
-      if (plane(k) - reach_ > furthest_) return true;
-      slices(k, 1, least, last);
+    for (int k = slab; k < slab + kBrickCells; k += kBrickCells - 1) {
       const Window here = window(plane(k) - reach_, plane(k + 1) + reach_);
-      if (!cells_of(here, least, last, low, high)) continue;
       if (here.high[0] - here.low[0] > most || here.high[1] - here.low[1] > most) return false;
-      found_ = false;
-      test_cells(low, high);
-      if (found_) {
-        look_ahead_needed = true;
-        shorten();
-      }
     }
-    if (look_ahead_needed) look_ahead(plane(slab + kBrickCells) - reach_);
+    found_ = false;
+    collect(low, high, plane(slab));
+    if (test_slab(plane(slab))) return true;
+    if (found_) look_ahead(plane(slab + kBrickCells) - reach_);
   }
   return true;
 }
 
-template <int kRays, bool kAny>
-void Packet<kRays, kAny>::store_hits() const {
-  float best[kRays];
-  std::int32_t particle[kRays];
-  for (int part = 0; part < kParts; ++part) {
-    store(best + part * kLanes, best_[part]);
-    store(particle + part * kLanes, particle_[part]);
-  }
-  for (int lane = 0; lane < kRays; ++lane) {
-    if (particle[lane] == -1) continue;
-    if (!kAny) rays_.t[begin_ + lane] = static_cast<float>(entry_[lane] + best[lane]);
-    rays_.hit[begin_ + lane] = static_cast<std::uint32_t>(particle[lane]);
-  }
-}
+namespace {
+
+constexpr int kLarge = 64, kSmall = 16;  // rays
 
 // False if the packet is too wide or not coherent; nothing is found then (a stray that shortened a ray is
 // found again: it lies within the reach).
@@ -356,7 +265,7 @@ bool trace_packet(const TraceGrid& grid, const RayView& rays, std::size_t begin,
 }
 
 // Cells across a packet beyond which fewer rays at a time are faster; from the bench.
-constexpr float kWidestLarge = 6, kWidestSmall = 4;
+constexpr float kWidestLarge = 16, kWidestSmall = 8;
 
 template <bool kAny>
 void trace_coherent(const TraceGrid& grid, const RayView& rays, std::size_t begin, std::size_t end) {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Incoherent rays: a register of them walks the grid in lock step, each lane in a cell of its own (leaping
-// through empty bricks by their clearance). What a cell holds for a ray is up to `Cells`: balls (stream.cpp)
-// or a surface (surface.cpp). Lanes whose rays are done take the next rays of the stream. A ray from outside
-// is first moved to the grid's edge in double, so that a far camera costs no precision.
+// through empty bricks by their clearance). What a cell holds for a ray is up to `Cells`: a surface
+// (surface.cpp) or a medium (medium.cpp); against balls alone rays go in waves (wave.cpp). Lanes whose rays
+// are done take the next rays of the stream. A ray from outside is first moved to the grid's edge in double,
+// so that a far camera costs no precision.
 #pragma once
 #include "kernels/trace/ball_test.h"
 #include "kernels/trace/table.h"

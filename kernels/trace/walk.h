@@ -27,6 +27,92 @@ FIRN_INLINE void enter_grid(const TraceGrid& grid, const float o[3], const float
   rest = meets ? static_cast<float>(reach - entry) : -1.f;
 }
 
+// The same for rays [begin, begin + count), as columns. Rays from inside stay where they are.
+FIRN_INLINE void move_to_grid(const TraceGrid& grid, const RayView& rays, std::size_t begin,
+                              std::size_t count, float* const (&o)[3], float* const (&d)[3], double* entry,
+                              float* rest) {
+  bool inside = grid.cells[0] > 0;
+  for (int a = 0; a < 3; ++a) {
+    const float size = grid.cell * static_cast<float>(grid.cells[a]);
+    const float* const from = rays.origin[a] + begin;
+    int out = 0;
+    for (std::size_t k = 0; k < count; ++k) out |= static_cast<int>(!(from[k] >= 0)) | (!(from[k] <= size));
+    inside = inside && out == 0;
+    __builtin_memcpy(d[a], rays.direction[a] + begin, count * sizeof(float));
+    if (inside) __builtin_memcpy(o[a], from, count * sizeof(float));
+  }
+  if (inside) {
+    for (std::size_t k = 0; k < count; ++k) {
+      entry[k] = 0;
+      rest[k] = rays.t[begin + k] >= 0 ? rays.t[begin + k] : -1.f;
+    }
+    return;
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    const Ray ray = load_ray(rays, begin + k);
+    float moved[3];
+    enter_grid(grid, ray.o, ray.d, rays.t[begin + k], moved, entry[k], rest[k]);
+    for (int a = 0; a < 3; ++a) o[a][k] = moved[a];
+  }
+}
+
+inline constexpr float kNever = 3e38f;  // m, to planes that a ray does not meet
+
+FIRN_INLINE Floats inverse_of(Floats d) {
+  return select(less_equal(abs(d), splat(0)), splat(kNever), splat(1) / d);
+}
+FIRN_INLINE Ints cell_of(const TraceGrid& grid, int a, Floats p) {
+  const Floats last = splat(static_cast<float>(grid.cells[a] - 1));
+  return __builtin_convertvector(max(min(p * grid.inv_cell, last), splat(0)), Ints);
+}
+FIRN_INLINE Mask outside(const TraceGrid& grid, int a, Ints cell) {
+  return less(cell, splat_int(0)) | !less(cell, splat_int(grid.cells[a]));
+}
+// m, along the ray, to the plane before so many cells.
+FIRN_INLINE Floats distance_to_plane(const TraceGrid& grid, Floats o, Floats inv, Ints plane) {
+  const Floats t = (to_float(plane) * grid.cell - o) * inv;
+  return select(less(splat(0.5f * kNever), inv), splat(kNever), t);
+}
+// The least of three distances, and whose it is.
+FIRN_INLINE Floats nearest(const Floats t[3], Mask out[3]) {
+  const Floats least = min(t[0], min(t[1], t[2]));
+  out[0] = less_equal(t[0], least);
+  out[1] = less_equal(t[1], least) & !out[0];
+  out[2] = !(out[0] | out[1]);
+  return least;
+}
+
+// The cells of the bricks nearer to this cell's than `clearance`: [low, high).
+FIRN_INLINE void cube_around(Ints cell, Ints clearance, Ints& low, Ints& high) {
+  const Ints brick = cell >> 2;
+  low = (brick - clearance + 1) * kBrickCells;
+  high = (brick + clearance) * kBrickCells;
+}
+
+// Each ray goes from its cell out of the cube of cells [low, high) around it: into `cell`, t metres along.
+// Returns those that stop there: at the grid's end, or because the cube reaches beyond `reach`. A plane is
+// crossed for good, so every walk ends.
+FIRN_INLINE Mask leave_cube(const TraceGrid& grid, const Floats o[3], const Floats d[3], const Floats inv[3],
+                            const Ints low[3], const Ints high[3], Floats reach, Ints cell[3], Floats& t) {
+  Mask forward[3], out[3];
+  Floats exit[3];
+  for (int a = 0; a < 3; ++a) {
+    forward[a] = !less(d[a], splat(0));
+    exit[a] = distance_to_plane(grid, o[a], inv[a], select(forward[a], high[a], low[a]));
+  }
+  t = nearest(exit, out);
+  Mask stopped = less_equal(reach, t);
+  for (int a = 0; a < 3; ++a) {
+    const Ints there = cell_of(grid, a, fma(t, d[a], o[a]));
+    const Ints least = select(forward[a], cell[a], low[a]), most = select(forward[a], high[a] - 1, cell[a]);
+    const Ints ahead = max(min(max(there, least), most), splat_int(0));
+    const Ints aside = min(ahead, splat_int(grid.cells[a] - 1));
+    cell[a] = select(out[a], select(forward[a], high[a], low[a] - 1), aside);
+    stopped = stopped | (out[a] & outside(grid, a, cell[a]));
+  }
+  return stopped;
+}
+
 // Where a register of rays stands in the grid: each lane has a cell of its own and the distances to the next
 // plane of each axis (Amanatides & Woo 1987). Every step crosses a plane for good, so every walk ends.
 class Walk {
@@ -36,8 +122,7 @@ class Walk {
     for (int a = 0; a < 3; ++a) {
       o_[a] = o[a];
       d_[a] = d[a];
-      const Mask flat = less_equal(abs(d[a]), splat(0));
-      inv_[a] = select(flat, splat(kFar), splat(1) / d[a]);
+      inv_[a] = inverse_of(d[a]);
       ahead_[a] = select(less(d[a], splat(0)), splat_int(0), splat_int(1));
       cell_[a] = select(fresh, cell_of(grid, a, o[a]), cell_[a]);
       aim(grid, a);
@@ -68,7 +153,7 @@ class Walk {
     for (int a = 0; a < 3; ++a) {
       const Mask moved = m & out[a];
       cell_[a] = select(moved, cell_[a] + 2 * ahead_[a] - 1, cell_[a]);
-      stopped = stopped | (moved & outside(grid, a));
+      stopped = stopped | (moved & outside(grid, a, cell_[a]));
       aim(grid, a);
     }
     return stopped & m;
@@ -76,54 +161,21 @@ class Walk {
 
   // Lanes in `m` go out of the cube of empty bricks within `clearance` of theirs. Returns those that stop.
   FIRN_INLINE Mask leap(const TraceGrid& grid, Mask m, Ints clearance, Floats reach) {
-    Ints low[3], high[3];
-    Floats exit[3];
-    for (int a = 0; a < 3; ++a) {
-      const Ints brick = cell_[a] >> 2;
-      low[a] = (brick - clearance + 1) * kBrickCells;
-      high[a] = (brick + clearance) * kBrickCells;
-      exit[a] = plane_distance(grid, a, select(forward(a), high[a], low[a]));
-    }
-    Mask out[3];
-    const Floats t = nearest(exit, out);
-    Mask stopped = less_equal(reach, t);
+    Ints low[3], high[3], cell[3] = {cell_[0], cell_[1], cell_[2]};
+    for (int a = 0; a < 3; ++a) cube_around(cell_[a], clearance, low[a], high[a]);
+    Floats t;
+    const Mask stopped = leave_cube(grid, o_, d_, inv_, low, high, reach, cell, t);
     entered_ = select(m, t, entered_);
     for (int a = 0; a < 3; ++a) {
-      const Ints there = cell_of(grid, a, fma(t, d_[a], o_[a]));
-      const Ints least = select(forward(a), cell_[a], low[a]),
-                 most = select(forward(a), high[a] - 1, cell_[a]);
-      const Ints ahead = max(min(max(there, least), most), splat_int(0));
-      const Ints aside = min(ahead, splat_int(grid.cells[a] - 1));
-      const Ints crossed = select(forward(a), high[a], low[a] - 1);
-      cell_[a] = select(m, select(out[a], crossed, aside), cell_[a]);
-      stopped = stopped | (out[a] & outside(grid, a));
+      cell_[a] = select(m, cell[a], cell_[a]);
       aim(grid, a);
     }
     return stopped & m;
   }
 
  private:
-  static constexpr float kFar = 3e38f;
-
-  FIRN_INLINE Mask forward(int a) const { return less(splat_int(0), ahead_[a]); }
-  FIRN_INLINE Mask outside(const TraceGrid& grid, int a) const {
-    return less(cell_[a], splat_int(0)) | !less(cell_[a], splat_int(grid.cells[a]));
-  }
-  FIRN_INLINE static Ints cell_of(const TraceGrid& grid, int a, Floats p) {
-    const Floats last = splat(static_cast<float>(grid.cells[a] - 1));
-    return __builtin_convertvector(max(min(p * grid.inv_cell, last), splat(0)), Ints);
-  }
-  // The least of three distances, and whose it is.
-  FIRN_INLINE static Floats nearest(const Floats t[3], Mask out[3]) {
-    const Floats least = min(t[0], min(t[1], t[2]));
-    out[0] = less_equal(t[0], least);
-    out[1] = less_equal(t[1], least) & !out[0];
-    out[2] = !(out[0] | out[1]);
-    return least;
-  }
   FIRN_INLINE Floats plane_distance(const TraceGrid& grid, int a, Ints plane) const {
-    const Floats t = (to_float(plane) * grid.cell - o_[a]) * inv_[a];
-    return select(less(splat(0.5f * kFar), inv_[a]), splat(kFar), t);
+    return distance_to_plane(grid, o_[a], inv_[a], plane);
   }
   FIRN_INLINE void aim(const TraceGrid& grid, int a) {
     next_[a] = plane_distance(grid, a, cell_[a] + ahead_[a]);

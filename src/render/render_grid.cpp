@@ -183,6 +183,7 @@ void RenderGrid::open_touched_bricks(float reach) {
     }
   }
   constexpr std::int32_t kTouched = INT32_MIN;
+  occupied_.resize(slots);
   parallel_for(slots, 16, [&](std::size_t slot) {
     std::uint64_t occupied = 0;
     const std::uint32_t* start = &cell_start_[slot * kCellsPerBrick];
@@ -190,6 +191,7 @@ void RenderGrid::open_touched_bricks(float reach) {
       const std::uint32_t end = c + 1 < kCellsPerBrick ? start[c + 1] : brick_start_[slot + 1];
       occupied |= std::uint64_t{start[c] < end} << c;
     }
+    occupied_[slot] = occupied;
     int at[3];
     brick_place(view_, brick_of_slot_[slot], at);
     for (int k = 0; k < 27; ++k) {
@@ -208,6 +210,7 @@ void RenderGrid::open_touched_bricks(float reach) {
     slot_[b] = static_cast<std::int32_t>(brick_of_slot_.size());
     brick_of_slot_.push_back(static_cast<std::uint32_t>(b));
   }
+  occupied_.resize(brick_of_slot_.size(), 0);
   cell_start_.reserve(brick_of_slot_.size() * kCellsPerBrick + 1);
   cell_start_.resize(brick_of_slot_.size() * kCellsPerBrick + 1, brick_start_[slots]);
   view_.cell_start = cell_start_.data();
@@ -224,8 +227,49 @@ void RenderGrid::open_room(std::size_t count) {
   cell_by_brick_ = reinterpret_cast<std::uint8_t*>(code_ + count);
 }
 
+// A bit for each cell of the brick that has a ball's centre in it or in one of the 26 cells around it.
+std::uint64_t RenderGrid::cells_near_balls(std::size_t slot) const {
+  constexpr int kRow = kBrickCells + 2;  // with the cells beside the brick
+  std::uint64_t plane[kRow] = {};        // per x: bits of y and z
+  int at[3];
+  brick_place(view_, brick_of_slot_[slot], at);
+  const auto first = [](int step) { return step < 0 ? kBrickCells - 1 : 0; };
+  const auto last = [](int step) { return step > 0 ? 0 : kBrickCells - 1; };
+  for (int k = 0; k < 27; ++k) {
+    const int step[3] = {k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1};
+    const std::size_t cell = cell_index(view_, kBrickCells * (at[0] + step[0]),
+                                        kBrickCells * (at[1] + step[1]), kBrickCells * (at[2] + step[2]));
+    if (cell == kNoCell) continue;
+    const std::uint64_t its = occupied_[cell / kCellsPerBrick];
+    if (its == 0) continue;
+    for (int x = first(step[0]); x <= last(step[0]); ++x) {
+      for (int y = first(step[1]); y <= last(step[1]); ++y) {
+        const std::uint64_t row = its >> (16 * x + 4 * y) & 15;
+        const std::uint64_t beside = step[2] < 0 ? row >> 3 : step[2] > 0 ? (row & 1) << 5 : row << 1;
+        plane[kBrickCells * step[0] + x + 1] |= beside << (kRow * (kBrickCells * step[1] + y + 1));
+      }
+    }
+  }
+  std::uint64_t near = 0;
+  for (int x = 0; x < kBrickCells; ++x) {
+    std::uint64_t cells = plane[x] | plane[x + 1] | plane[x + 2];
+    cells |= cells >> kRow | cells >> (2 * kRow);
+    cells |= cells >> 1 | cells >> 2;
+    for (int y = 0; y < kBrickCells; ++y) near |= (cells >> (kRow * y) & 15) << (16 * x + 4 * y);
+  }
+  return near;
+}
+
+// Cells that have no ball near are known to have an empty list.
 void RenderGrid::open_lists() {
-  list_.assign(brick_of_slot_.size() * kCellsPerBrick, kernels::kUnlisted);
+  constexpr std::uint64_t kAll = ~std::uint64_t{0};
+  list_.resize(brick_of_slot_.size() * kCellsPerBrick);
+  const bool far = view_.max_radius * view_.inv_cell + kCellMargin >= 1;  // balls reach further
+  parallel_for(brick_of_slot_.size(), 64, [&](std::size_t slot) {
+    const std::uint64_t near = far || occupied_[slot] == kAll ? kAll : cells_near_balls(slot);
+    for (int c = 0; c < kCellsPerBrick; ++c)
+      list_[slot * kCellsPerBrick + c] = near >> c & 1 ? kernels::kUnlisted : 0;
+  });
   units_used_.assign(1, 0);
   view_.list = list_.data();
   view_.units_used = units_used_.data();
@@ -314,7 +358,7 @@ Vec3f RenderGrid::middle() const {
 std::size_t RenderGrid::bytes() const {
   const auto of = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
   return of(slot_) + of(brick_of_slot_) + of(cell_start_) + of(list_) + of(order_) + of(x_[0]) + of(x_[1]) +
-         of(x_[2]) + of(radius_) + lists_.resident_bytes() + of(strays_) + of(brick_start_);
+         of(x_[2]) + of(radius_) + lists_.resident_bytes() + of(strays_) + of(brick_start_) + of(occupied_);
 }
 
 }  // namespace firn

@@ -77,6 +77,7 @@ class RenderGrid {
   void open_touched_bricks(float reach);
   void open_room(std::size_t count);
   void open_lists();
+  std::uint64_t cells_near_balls(std::size_t slot) const;
   void list_strays();
   std::size_t bricks_in_table() const {
     return static_cast<std::size_t>(view_.bricks[0]) * view_.bricks[1] * view_.bricks[2];
@@ -97,6 +98,7 @@ class RenderGrid {
   std::uint32_t* code_ = nullptr;           // per particle of the snapshot
   std::uint8_t* cell_by_brick_ = nullptr;   // per particle sorted by brick
   std::vector<std::uint32_t> brick_start_;  // per slot, one more for the strays and one at the end
+  std::vector<std::uint64_t> occupied_;     // per slot: a bit for each cell with a ball's centre
 };
 
 }  // namespace firn

@@ -3,6 +3,7 @@
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -38,6 +39,7 @@ void check_all_kinds(const RenderGrid& grid, std::size_t rays, std::uint64_t see
       CHECK(judge_closest(table->trace.closest, grid, stream) == "");
       CHECK(judge_closest(table->trace.closest_coherent, grid, stream) == "");
       CHECK(judge_occluded(table->trace.occluded, grid, stream) == "");
+      CHECK(judge_occluded(table->trace.occluded_coherent, grid, stream) == "");
     }
   }
 }
@@ -102,6 +104,7 @@ TEST_CASE("rays that start deep inside the snow find its balls") {
       CHECK(judge_closest(table->trace.closest, grid, stream) == "");
       CHECK(judge_closest(table->trace.closest_coherent, grid, stream) == "");
       CHECK(judge_occluded(table->trace.occluded, grid, stream) == "");
+      CHECK(judge_occluded(table->trace.occluded_coherent, grid, stream) == "");
     }
   }
 }
@@ -118,6 +121,24 @@ TEST_CASE("rays find the same where there is no room for a cell's list") {
       table->trace.closest(with_room(none, 0), c.view(), 0, c.size());
       CHECK(same_answers(a, b));
       CHECK(same_answers(a, c));
+    }
+  }
+}
+
+TEST_CASE("any hit is the same in packets, in waves of any length and without lists") {
+  const Snapshot snapshot = cloud(3000, 73, 2);
+  for (const auto* table : supported_kernels()) {
+    for (const RayKind kind : kAllKinds) {
+      const RenderGrid grid = grid_of(snapshot), none = grid_of(snapshot);
+      RayStream a = make_rays(grid, kind, 2000, 74), b = a, c = a, d = a;
+      table->trace.occluded(grid.view(), a.view(), 0, a.size());
+      table->trace.occluded_coherent(grid.view(), b.view(), 0, b.size());
+      table->trace.occluded(with_room(none, 0), c.view(), 0, c.size());
+      for (std::size_t i = 0; i < d.size(); i += 37)
+        table->trace.occluded(grid.view(), d.view(), i, std::min(i + 37, d.size()));
+      CHECK(same_answers(a, b));
+      CHECK(same_answers(a, c));
+      CHECK(same_answers(a, d));
     }
   }
 }
