@@ -157,6 +157,11 @@ struct TraceKernels {
                           std::size_t end) = nullptr;
   void (*surface_occluded)(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t begin,
                            std::size_t end) = nullptr;
+  // The same to rounding, faster where neighbours in the columns start near one another and go the same way.
+  void (*surface_closest_coherent)(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t begin,
+                                   std::size_t end) = nullptr;
+  void (*surface_occluded_coherent)(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t begin,
+                                    std::size_t end) = nullptr;
   // How far each ray gets through the snow, by delta tracking with a majorant a cell (Woodcock 1965): `hit`
   // is the class of the cell where it collided (and kInThickSnow), or kNoHit where it passed. Rays may start
   // in the snow. key: one per ray; its random numbers are hashes of the key and of how many it has drawn.

@@ -8,15 +8,12 @@
 #include <limits>
 #include <utility>
 
-#include "src/render/grain.h"
-
 namespace firn {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr int kBlock = 8;         // pixels: neighbours in a stream are neighbours on the film
-constexpr int kSpecular = 6;      // mirrors and sides of glass, one behind another
-constexpr float kFacing = 0.02f;  // of a grain's normal to the eye, at least
+constexpr int kBlock = 8;     // pixels: neighbours in a stream are neighbours on the film
+constexpr int kSpecular = 6;  // mirrors and sides of glass, one behind another
 
 class Clock {
  public:
@@ -38,6 +35,9 @@ std::uint64_t PreviewTile::trace(const Tile& tile, Film& film, PreviewTimes& tim
   aim(tile);
   points_.clear();
   for (int pass = 0; pass <= kSpecular && rays_.size() > 0; ++pass) find(pass == 0);
+  find_normals();
+  find_grain();
+  note_first();
   times.primary += clock.lap();
   probe();
   prepare();
@@ -45,7 +45,9 @@ std::uint64_t PreviewTile::trace(const Tile& tile, Film& film, PreviewTimes& tim
   times.shade += clock.lap();
   for (int beacon = 0; beacon < view_.world.lights.beacons(); ++beacon) {
     cast_shadows(beacon);
+    find_lit();
     times.shadow += clock.lap();
+    find_glints();
     add_lit();
     times.shade += clock.lap();
   }
@@ -108,14 +110,14 @@ void PreviewTile::arrive(std::size_t ray, bool first) {
     point.back = -d;
     point.lift = 4e-6f * std::max(point.p.cwiseAbs().maxCoeff(), t);
   } else {
-    point = snow_point(ray);
+    point.p = rays_.at_hit(ray);
+    point.back = -d;
+    point.sorted = rays_.hit(ray);
   }
   point.pixel = sights_[ray].pixel;
   point.weight = sights_[ray].weight;
   if (first) {
     seen.depth = t;
-    seen.normal = point.smooth;
-    seen.albedo = point.surface.albedo;
     point.footprint = 0.5f * t / std::sqrt(view_.camera.film_density(d));
   }
   points_.push_back(point);
@@ -133,27 +135,70 @@ void PreviewTile::go_on(std::size_t ray, const SurfacePoint& surface, const Vec3
   next_sights_.push_back({sights_[ray].pixel, sights_[ray].weight.cwiseProduct(scattered.weight)});
 }
 
-// As the path tracer has it (TilePaths::become_surface), but for where light leaves.
-PreviewTile::Point PreviewTile::snow_point(std::size_t ray) const {
+// The particle and the smooth normal of each point of snow.
+void PreviewTile::find_normals() {
+  snow_.clear();
+  for (std::size_t k = 0; k < points_.size(); ++k) {
+    if (points_[k].snow()) snow_.push_back(static_cast<std::uint32_t>(k));
+  }
+  const std::size_t count = snow_.size();
+  for (auto* columns : {&place_, &smooth_}) columns->resize(count);
+  particle_.resize(count);
+  for (std::size_t s = 0; s < count; ++s) place_.set(s, points_[snow_[s]].p);
+  if (view_.setup.image.snow == SnowShape::smooth) {
+    const kernels::TraceGrid& grid = view_.grid.view();
+    view_.shade.nearest(grid, place_.view(), 0, count, particle_.data());
+    smooth_.fill([&](float* const normal[3]) {
+      view_.shade.normals(grid, view_.field.gradients(), place_.view(), 0, count, normal);
+    });
+  }
+  for (std::size_t s = 0; s < count; ++s) {
+    Point& point = points_[snow_[s]];
+    if (point.sorted != kernels::kSurfaceHit) {
+      point.smooth = (point.p - view_.grid.center(point.sorted)) / view_.grid.radius(point.sorted);
+      smooth_.set(s, point.smooth);
+      continue;
+    }
+    const bool near = particle_[s] != kernels::kNoHit;
+    point.sorted = near ? particle_[s] : view_.field.particle_near(point.p);
+    point.smooth = smooth_[s];
+    if (point.smooth.squaredNorm() > 0) continue;
+    point.smooth = point.back;
+    smooth_.set(s, point.smooth);
+  }
+}
+
+// What the particles add. As the path tracer has it (TilePaths::become_surface), but for where light leaves.
+void PreviewTile::find_grain() {
+  const std::size_t count = snow_.size();
   const auto spacing = static_cast<float>(view_.grid.spacing());
-  Point point;
-  point.p = rays_.at_hit(ray);
-  point.back = -rays_.direction(ray);
-  const bool ball = rays_.hit(ray) != kernels::kSurfaceHit;
-  point.sorted = ball ? rays_.hit(ray) : view_.field.particle_near(point.p);
-  const std::uint32_t particle = view_.grid.snapshot_index(point.sorted);
-  const Vec3f from_center = point.p - view_.grid.center(point.sorted);
-  point.smooth =
-      ball ? Vec3f(from_center / view_.grid.radius(point.sorted)) : view_.field.normal(point.p, point.back);
-  Vec3f normal =
-      (point.smooth + grain_slope(from_center / spacing, view_.snapshot.id[particle])).normalized();
-  const float facing = normal.dot(point.back);
-  if (facing < kFacing) normal = (normal + (kFacing - facing) * point.back).normalized();
-  point.object = view_.snapshot.object[particle];
-  point.surface.normal = normal;
-  point.surface.albedo = view_.grains.of(point.object, false).layer;
-  point.lift = spacing;
-  return point;
+  for (auto* columns : {&local_, &back_, &normal_}) columns->resize(count);
+  id_.resize(count);
+  for (std::size_t s = 0; s < count; ++s) {
+    Point& point = points_[snow_[s]];
+    const std::uint32_t particle = view_.grid.snapshot_index(point.sorted);
+    point.object = view_.snapshot.object[particle];
+    id_[s] = view_.snapshot.id[particle];
+    local_.set(s, (point.p - view_.grid.center(point.sorted)) / spacing);
+    back_.set(s, point.back);
+  }
+  const kernels::GrainView grain{smooth_.view(), local_.view(), back_.view(), id_.data()};
+  normal_.fill([&](float* const normal[3]) { view_.shade.grain(grain, 0, count, normal); });
+  for (std::size_t s = 0; s < count; ++s) {
+    Point& point = points_[snow_[s]];
+    point.surface.normal = normal_[s];
+    point.surface.albedo = view_.grains.of(point.object, false).layer;
+  }
+}
+
+// What the film keeps of the points that pixels see straight.
+void PreviewTile::note_first() {
+  for (const Point& point : points_) {
+    if (!(point.footprint > 0)) continue;
+    FilmSample& seen = pixels_[point.pixel].seen;
+    seen.normal = point.smooth;
+    seen.albedo = point.surface.albedo;
+  }
 }
 
 }  // namespace firn

@@ -22,6 +22,7 @@
 #include "src/render/path.h"
 #include "src/render/preview_times.h"
 #include "src/render/snow_layer.h"
+#include "src/render/vector_columns.h"
 
 namespace firn {
 
@@ -44,7 +45,7 @@ class PreviewTile {
   };
   struct Point {  // where light is wanted
     std::uint32_t pixel;
-    std::uint32_t sorted = kernels::kNoHit;  // of snow, its particle
+    std::uint32_t sorted = kernels::kNoHit;  // of snow, its particle; of a surface yet unknown, kSurfaceHit
     std::uint32_t object = 0;                // of snow
     Vec3f p, back, smooth;                   // m; unit, towards the eye; unit, outward
     Vec3f weight;
@@ -67,13 +68,16 @@ class PreviewTile {
     std::uint32_t point;
     Vec3f direct, passed;
     LightSample light;
+    bool sunlit = false, glints = false;  // direct light arrives; facets may shine
   };
 
   void aim(const Tile& tile);
   void find(bool first);
   void arrive(std::size_t ray, bool first);
   void go_on(std::size_t ray, const SurfacePoint& surface, const Vec3f& p);
-  Point snow_point(std::size_t ray) const;
+  void find_normals();
+  void find_grain();
+  void note_first();
 
   void probe();
   void measure_columns();
@@ -84,6 +88,8 @@ class PreviewTile {
   void cast_shadows(int beacon);
   bool bring(const Point& point, Brings& brings) const;
   bool may_glint(const Point& point, const Vec3f& direction) const;
+  void find_lit();
+  void find_glints();
   Vec3f glint(const Point& point, const LightSample& light) const;
   void add_lit();
   void add_ambient();
@@ -100,6 +106,13 @@ class PreviewTile {
   std::vector<std::uint32_t> open_;  // points whose columns go on
   std::vector<End> ends_;
   std::vector<Brings> brings_;
+  // Columns over the points of snow, or over those of them that may glint.
+  std::vector<std::uint32_t> snow_;  // their places in points_ or brings_
+  VectorColumns place_, local_, back_, smooth_, normal_, light_;
+  std::vector<std::uint32_t> particle_, id_;
+  std::vector<std::int16_t> turn_[3];
+  std::vector<float> light_chord_, footprint_;
+  std::vector<std::uint8_t> glints_;
 };
 
 }  // namespace firn

@@ -28,6 +28,9 @@ float ramp(float cosine, float soft) {
   return cosine <= -soft ? 0 : (cosine + soft) * (cosine + soft) / (4 * soft);
 }
 
+// Half the angle that a light fills, as a disc.
+float cone_of(const LightSample& light) { return 1 / std::sqrt(kPi * light.pdf); }
+
 }  // namespace
 
 void PreviewTile::probe() {
@@ -158,10 +161,8 @@ bool PreviewTile::may_glint(const Point& point, const Vec3f& direction) const {
 }
 
 Vec3f PreviewTile::glint(const Point& point, const LightSample& light) const {
-  if (!may_glint(point, light.direction)) return Vec3f::Zero();
-  const float cone = 1 / std::sqrt(kPi * light.pdf);  // of the light, as a disc
   const float brdf = view_.sparkle.brdf(point.sorted, point.p, point.smooth, point.back, light.direction,
-                                        cone, point.footprint);
+                                        cone_of(light), point.footprint);
   return light.radiance * (brdf * point.smooth.dot(light.direction) / light.pdf);
 }
 
@@ -195,28 +196,76 @@ void PreviewTile::cast_shadows(int beacon) {
     shadow_rays_.push(point.p + point.lift * point.smooth, brings.light.direction,
                       brings.light.distance * (1 - 1e-4f));
   }
-  Flights(world).find_shadow(shadow_rays_);
+  Flights(world).find_shadow(shadow_rays_, true);
   rays_traced_ += shadow_rays_.size();
 }
 
-void PreviewTile::add_lit() {
+// Which of them come through; drops those that bring nothing then.
+void PreviewTile::find_lit() {
+  std::size_t left = 0;
   for (std::size_t ray = 0; ray < brings_.size(); ++ray) {
-    const Brings& brings = brings_[ray];
+    Brings& brings = brings_[ray];
     const bool snow = shadow_rays_.hit(ray) != kernels::kNoHit;
     if (snow && !(brings.passed.maxCoeff() > 0)) continue;
     const Vec3f o = shadow_rays_.origin(ray), d = shadow_rays_.direction(ray);
     float reach = shadow_rays_.t(ray);
     LightHit lamp;
     if (view_.world.lights.hit(o, d, reach, lamp) || view_.world.objects.occluded(o, d, reach)) continue;
+    brings.sunlit = !snow;
+    brings_[left++] = brings;
+  }
+  brings_.resize(left);
+}
+
+// Asks all at once which of those that are lit may glint.
+void PreviewTile::find_glints() {
+  snow_.clear();
+  for (std::size_t b = 0; b < brings_.size(); ++b) {
+    const Brings& brings = brings_[b];
+    if (brings.sunlit && may_glint(points_[brings.point], brings.light.direction))
+      snow_.push_back(static_cast<std::uint32_t>(b));
+  }
+  const std::size_t count = snow_.size();
+  for (auto* columns : {&local_, &smooth_, &back_, &light_}) columns->resize(count);
+  for (auto* column : {&light_chord_, &footprint_}) column->resize(count);
+  for (auto& column : turn_) column.resize(count);
+  id_.resize(count), glints_.resize(count);
+  for (std::size_t s = 0; s < count; ++s) {
+    const Brings& brings = brings_[snow_[s]];
+    const Point& point = points_[brings.point];
+    const std::uint32_t particle = view_.grid.snapshot_index(point.sorted);
+    id_[s] = view_.snapshot.id[particle];
+    for (int a = 0; a < 3; ++a) turn_[a][s] = view_.snapshot.turn[a][particle];
+    local_.set(s, point.p - view_.grid.center(point.sorted));
+    smooth_.set(s, point.smooth), back_.set(s, point.back), light_.set(s, brings.light.direction);
+    light_chord_[s] = 0.5f * cone_of(brings.light);
+    footprint_[s] = point.footprint;
+  }
+  const kernels::GlintView glints{id_.data(),     {turn_[0].data(), turn_[1].data(), turn_[2].data()},
+                                  local_.view(),  smooth_.view(),
+                                  back_.view(),   light_.view(),
+                                  light_chord_.data(), footprint_.data()};
+  const auto object = [&](std::size_t s) { return points_[brings_[snow_[s]].point].object; };
+  for (std::size_t begin = 0, end; begin < count; begin = end) {  // runs of one kind of snow
+    for (end = begin + 1; end < count && object(end) == object(begin);) ++end;
+    view_.shade.may_glint(view_.sparkle.cells(object(begin)), glints, begin, end, glints_.data());
+  }
+  for (std::size_t s = 0; s < count; ++s) brings_[snow_[s]].glints = glints_[s] != 0;
+}
+
+void PreviewTile::add_lit() {
+  for (const Brings& brings : brings_) {
     const Point& point = points_[brings.point];
     FilmSample& seen = pixels_[point.pixel].seen;
     const Vec3f passed = point.weight.cwiseProduct(brings.passed);
     seen.subsurface += passed;
     seen.beauty += passed;
-    if (snow) continue;
+    if (!brings.sunlit) continue;
+    seen.beauty += point.weight.cwiseProduct(brings.direct);
+    if (!brings.glints) continue;
     const Vec3f sparkle = point.weight.cwiseProduct(glint(point, brings.light));
     seen.sparkle += sparkle;
-    seen.beauty += point.weight.cwiseProduct(brings.direct) + sparkle;
+    seen.beauty += sparkle;
   }
 }
 

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "src/render/renderer.h"
 
+#include <tbb/enumerable_thread_specific.h>
+
 #include <algorithm>
 #include <chrono>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "kernels/table.h"
@@ -40,6 +43,7 @@ std::vector<float> denoised(const Film& film) {
 struct Renderer::State {
   State(const kernels::KernelTable& table, RenderSetup given)
       : kernels(table.trace),
+        shade(table.shade),
         setup(std::move(given)),
         camera(setup.camera, setup.image),
         objects(setup.objects, setup.surfaces),
@@ -116,7 +120,7 @@ struct Renderer::State {
     const auto start = Clock::now();
     const World world = this->world();
     const Sparkle sparkle(grid, snapshot, setup.snow);
-    const View view{world, camera, grid, snow, snapshot, setup, tint, grains, sparkle};
+    const View view{world, shade, camera, grid, snow, snapshot, setup, tint, grains, sparkle};
     const int width = film.width(), height = film.height();
     const int across = (width + side - 1) / side, down = (height + side - 1) / side;
     std::atomic<std::uint64_t> count{0};
@@ -152,10 +156,14 @@ struct Renderer::State {
   bool trace_preview(const Snapshot& snapshot, RenderStats& stats, const std::atomic<bool>& stop) {
     film.begin(setup.image.width, setup.image.height, camera.filter(), content());
     std::mutex adding;
+    // One a thread: fresh memory costs more than what is done with it.
+    tbb::enumerable_thread_specific<std::optional<PreviewTile>> painters;
     for_each_tile(snapshot, kTile, stats, [&](const View& view, const Tile& tile) -> std::uint64_t {
       if (stop.load(std::memory_order_relaxed)) return 0;
       PreviewTimes times;
-      const std::uint64_t rays = PreviewTile(view, ambient, layers).trace(tile, film, times);
+      std::optional<PreviewTile>& painter = painters.local();
+      if (!painter) painter.emplace(view, ambient, layers);
+      const std::uint64_t rays = painter->trace(tile, film, times);
       const std::lock_guard lock(adding);
       stats.preview.add(times);
       return rays;
@@ -223,6 +231,7 @@ struct Renderer::State {
   }
 
   const kernels::TraceKernels& kernels;
+  const kernels::ShadeKernels& shade;
   RenderSetup setup;
   CameraRays camera;
   ObjectSet objects;

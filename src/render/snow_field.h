@@ -12,6 +12,7 @@
 #include <functional>
 #include <vector>
 
+#include "kernels/shade/table.h"
 #include "src/render/render_grid.h"
 #include "src/render/setup.h"
 
@@ -60,9 +61,12 @@ class SnowField {
   // Unit normal, outward, at a point (render space) of the surface, from the fill's gradient; `otherwise`
   // where there is none.
   Vec3f normal(const Vec3f& p, const Vec3f& otherwise) const;
-  // The particle (sorted index) whose centre is nearest among the cells around p.
+  // The particle (sorted index) whose centre is nearest among the cells around p. Many at once:
+  // ShadeKernels::nearest.
   std::uint32_t particle_near(const Vec3f& p) const;
 
+  // For many normals at once (ShadeKernels::normals).
+  kernels::GradientField gradients() const { return {gradient_at_.data(), gradient_.data()}; }
   // kg/m^3, at each of many points (TraceKernels::probe).
   void probe_density(const kernels::ProbeView& probes, float distance, std::size_t count,
                      float* density) const {
