@@ -8,7 +8,7 @@ namespace firn::kernels::FIRN_ISA {
 
 inline constexpr int kHalfLanes = kLanes / 2;
 typedef std::uint64_t Longs __attribute__((vector_size(8 * kHalfLanes)));
-typedef double Doubles __attribute__((vector_size(8 * kHalfLanes)));
+typedef std::int64_t HalfLongs __attribute__((vector_size(8 * kHalfLanes)));
 typedef std::uint32_t HalfBits __attribute__((vector_size(4 * kHalfLanes)));
 typedef std::int32_t HalfInts __attribute__((vector_size(4 * kHalfLanes)));
 typedef float HalfFloats __attribute__((vector_size(4 * kHalfLanes)));
@@ -32,6 +32,22 @@ FIRN_INLINE HalfFloats to_float(HalfInts a) { return __builtin_convertvector(a, 
 // `count` bits from `shift` on, as a whole number.
 FIRN_INLINE HalfFloats bits_to_float(Longs bits, int shift, std::uint64_t mask) {
   return to_float((HalfInts) __builtin_convertvector(bits >> shift & mask, HalfBits));
+}
+FIRN_INLINE HalfLongs long_lane_numbers() {
+  HalfLongs lanes;
+#pragma GCC unroll 8
+  for (int l = 0; l < kHalfLanes; ++l) lanes[l] = l;
+  return lanes;
+}
+// Bit l is set where lane l of a comparison is true.
+FIRN_INLINE int long_lane_bits(HalfLongs a) {
+#if defined(__AVX512F__)
+  return _mm512_movepi64_mask((__m512i)a);
+#elif defined(__AVX2__)
+  return _mm256_movemask_pd((__m256d)a);
+#else
+  return _mm_movemask_pd((__m128d)a);
+#endif
 }
 FIRN_INLINE HalfInts floor_to_int(HalfFloats a) {
   const HalfInts towards_zero = __builtin_convertvector(a, HalfInts);
