@@ -49,7 +49,19 @@ struct GlintView {
   const float* footprint;       // m, radius of what a pixel sees
 };
 
+// A camera without a lens: pixel (x, y) is seen along forward + pixel ((x + 1/2 - center[0]) right +
+// (y + 1/2 - center[1]) down).
+struct Pinhole {
+  double forward[3], right[3], down[3];  // unit
+  double center[2];                      // pixels, of the film
+  double pixel;                          // side of a pixel at distance 1
+};
+
 struct ShadeKernels {
+  // Of the middle of each pixel the unit direction, and the radius of what the pixel sees there at 1 m
+  // across the ray (m): half the root of its solid angle.
+  void (*sights)(const Pinhole&, const std::int32_t* x, const std::int32_t* y, std::size_t begin,
+                 std::size_t end, float* const direction[3], float* spread) = nullptr;
   // The sorted index of the particle whose centre is nearest to each point; kNoHit if none is nearer than a
   // cell is wide. Of equal distances the lowest index.
   void (*nearest)(const TraceGrid&, const Columns3& point, std::size_t begin, std::size_t end,

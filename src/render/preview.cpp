@@ -29,7 +29,15 @@ class Clock {
 
 }  // namespace
 
-std::uint64_t PreviewTile::trace(const Tile& tile, Film& film, PreviewTimes& times) {
+PreviewTile::PreviewTile(const View& view, const AmbientLight& ambient, const SnowLayers& layers)
+    : view_(view),
+      ambient_(ambient),
+      layers_(layers),
+      bare_(view.world.objects.empty() && !view.world.lights.any_lamps()) {
+  for (const SnowLook& look : view.setup.snow) density_placed_.push_back(static_cast<float>(look.density));
+}
+
+std::uint64_t PreviewTile::trace(const Tile& tile, Picture& picture, PreviewTimes& times) {
   rays_traced_ = 0;
   Clock clock;
   aim(tile);
@@ -51,24 +59,29 @@ std::uint64_t PreviewTile::trace(const Tile& tile, Film& film, PreviewTimes& tim
     add_lit();
     times.shade += clock.lap();
   }
-  for (const Pixel& pixel : pixels_) film.add(pixel.x, pixel.y, pixel.seen);
+  paint(picture);
   times.shade += clock.lap();
   return rays_traced_;
 }
 
 void PreviewTile::aim(const Tile& tile) {
-  pixels_.clear(), sights_.clear(), rays_.clear();
+  pixels_.clear(), sights_.clear(), pixel_x_.clear(), pixel_y_.clear();
   for (int y = tile.y0; y < tile.y1; y += kBlock) {
     for (int x = tile.x0; x < tile.x1; x += kBlock) {
       for (int py = y; py < std::min(y + kBlock, tile.y1); ++py) {
-        for (int px = x; px < std::min(x + kBlock, tile.x1); ++px) {
-          const CameraRay ray = view_.camera.middle_ray(px, py);
-          rays_.push(ray.origin, ray.direction, kInfinity);
-          sights_.push_back({static_cast<std::uint32_t>(pixels_.size()), Vec3f::Ones()});
-          pixels_.push_back({px, py, {}});
-        }
+        for (int px = x; px < std::min(x + kBlock, tile.x1); ++px) pixel_x_.push_back(px), pixel_y_.push_back(py);
       }
     }
+  }
+  const std::size_t count = pixel_x_.size();
+  rays_.begin(count, view_.camera.eye(), kInfinity);
+  spread_.resize(count);
+  float* const directions[3] = {rays_.directions(0), rays_.directions(1), rays_.directions(2)};
+  view_.shade.sights(view_.camera.pinhole(), pixel_x_.data(), pixel_y_.data(), 0, count, directions,
+                     spread_.data());
+  for (std::size_t k = 0; k < count; ++k) {
+    pixels_.push_back({pixel_x_[k], pixel_y_[k], {}});
+    sights_.push_back({static_cast<std::uint32_t>(k), Vec3f::Ones(), spread_[k]});
   }
 }
 
@@ -86,12 +99,16 @@ void PreviewTile::arrive(std::size_t ray, bool first) {
   const Vec3f o = rays_.origin(ray), d = rays_.direction(ray);
   float& t = rays_.t(ray);
   const bool snow = rays_.hit(ray) != kernels::kNoHit;
-  const ObjectHit met = world.objects.closest(o, d, t);
-  if (met.object >= 0) t = met.t;
+  ObjectHit met;
   LightHit light;
+  bool glows = false;
+  if (!bare_) {
+    met = world.objects.closest(o, d, t);
+    if (met.object >= 0) t = met.t;
+    glows = world.lights.hit(o, d, t, light) ||
+            (met.object >= 0 && world.lights.object_hit(met.object, d, met, light));
+  }
   FilmSample& seen = pixels_[sights_[ray].pixel].seen;
-  const bool glows = world.lights.hit(o, d, t, light) ||
-                     (met.object >= 0 && world.lights.object_hit(met.object, d, met, light));
   if (glows || (met.object < 0 && !snow)) {
     const Vec3f radiance = glows ? light.radiance : world.lights.background(d);
     seen.beauty += sights_[ray].weight.cwiseProduct(radiance);
@@ -116,10 +133,8 @@ void PreviewTile::arrive(std::size_t ray, bool first) {
   }
   point.pixel = sights_[ray].pixel;
   point.weight = sights_[ray].weight;
-  if (first) {
-    seen.depth = t;
-    point.footprint = 0.5f * t / std::sqrt(view_.camera.film_density(d));
-  }
+  point.footprint = t * sights_[ray].spread;
+  if (first) seen.depth = t;
   points_.push_back(point);
 }
 
@@ -132,7 +147,7 @@ void PreviewTile::go_on(std::size_t ray, const SurfacePoint& surface, const Vec3
   const bool ahead = surface.normal.dot(scattered.direction) > 0;
   const float off = 4e-6f * std::max(p.cwiseAbs().maxCoeff(), rays_.t(ray));
   next_rays_.push(p + (ahead ? off : -off) * surface.normal, scattered.direction, kInfinity);
-  next_sights_.push_back({sights_[ray].pixel, sights_[ray].weight.cwiseProduct(scattered.weight)});
+  next_sights_.push_back({sights_[ray].pixel, sights_[ray].weight.cwiseProduct(scattered.weight), 0});
 }
 
 // The particle and the smooth normal of each point of snow.
@@ -198,6 +213,43 @@ void PreviewTile::note_first() {
     FilmSample& seen = pixels_[point.pixel].seen;
     seen.normal = point.smooth;
     seen.albedo = point.surface.albedo;
+  }
+}
+
+void PreviewTile::paint(Picture& picture) const {
+  const auto put = [&](std::vector<float>& values, std::size_t at, const Vec3f& v) {
+    for (int c = 0; c < 3; ++c) values[3 * at + c] = v[c];
+  };
+  for (const Pixel& pixel : pixels_) {
+    const std::size_t at = static_cast<std::size_t>(pixel.y) * picture.width + pixel.x;
+    put(picture.rgb, at, pixel.seen.beauty);
+    for (LayerImage& layer : picture.layers) {
+      switch (layer.layer) {
+        case Layer::beauty:
+          break;
+        case Layer::albedo:
+          put(layer.values, at, pixel.seen.albedo);
+          break;
+        case Layer::normal:
+          put(layer.values, at, pixel.seen.normal);
+          break;
+        case Layer::depth:
+          layer.values[at] = pixel.seen.depth;
+          break;
+        case Layer::sparkle:
+          put(layer.values, at, pixel.seen.sparkle);
+          break;
+        case Layer::subsurface:
+          put(layer.values, at, pixel.seen.subsurface);
+          break;
+        case Layer::samples:
+          layer.values[at] = 1;
+          break;
+        case Layer::variance:  // of one sample nothing is known
+          layer.values[at] = kInfinity;
+          break;
+      }
+    }
   }
 }
 

@@ -28,11 +28,10 @@ namespace firn {
 
 class PreviewTile {
  public:
-  PreviewTile(const View& view, const AmbientLight& ambient, const SnowLayers& layers)
-      : view_(view), ambient_(ambient), layers_(layers) {}
+  PreviewTile(const View& view, const AmbientLight& ambient, const SnowLayers& layers);
 
-  // Adds one sample to each pixel; returns the number of rays traced.
-  std::uint64_t trace(const Tile& tile, Film& film, PreviewTimes& times);
+  // Paints the tile's pixels in all layers of the picture; returns the number of rays traced.
+  std::uint64_t trace(const Tile& tile, Picture& picture, PreviewTimes& times);
 
  private:
   struct Pixel {
@@ -42,6 +41,7 @@ class PreviewTile {
   struct Sight {  // a ray on its way
     std::uint32_t pixel;
     Vec3f weight;  // throughput
+    float spread;  // m, of what the pixel sees 1 m away; 0: by way of a mirror
   };
   struct Point {  // where light is wanted
     std::uint32_t pixel;
@@ -82,7 +82,7 @@ class PreviewTile {
   void probe();
   void measure_columns();
   void find_ends();
-  float least_density(const Point& point) const;
+  float placed_density(const Point& point) const;
   void measure_openings();
   void prepare();
   void cast_shadows(int beacon);
@@ -93,12 +93,17 @@ class PreviewTile {
   Vec3f glint(const Point& point, const LightSample& light) const;
   void add_lit();
   void add_ambient();
+  void paint(Picture& picture) const;
 
   const View& view_;
   const AmbientLight& ambient_;
   const SnowLayers& layers_;
+  const bool bare_;             // there is nothing but snow, suns and sky
+  std::vector<float> density_placed_;  // kg/m^3, per object
   std::uint64_t rays_traced_ = 0;
   std::vector<Pixel> pixels_;
+  std::vector<std::int32_t> pixel_x_, pixel_y_;
+  std::vector<float> spread_;
   RayStream rays_, next_rays_, shadow_rays_;
   std::vector<Sight> sights_, next_sights_;
   std::vector<Point> points_;

@@ -63,7 +63,7 @@ void PreviewTile::measure_columns() {
     std::size_t left = 0;
     for (const std::uint32_t k : open_) {
       Point& point = points_[k];
-      if (!(density_[k] > least_density(point))) {
+      if (!(density_[k] > kEnds * placed_density(point))) {
         ends_.push_back({k, step > 0 ? kBelow[step - 1] : 0, kBelow[step], done});
         continue;
       }
@@ -76,10 +76,8 @@ void PreviewTile::measure_columns() {
   find_ends();
 }
 
-// kg/m^3: below, there is no snow any more.
-float PreviewTile::least_density(const Point& point) const {
-  const std::size_t look = std::min<std::size_t>(point.object, view_.setup.snow.size() - 1);
-  return kEnds * static_cast<float>(view_.setup.snow[look].density);
+float PreviewTile::placed_density(const Point& point) const {
+  return density_placed_[std::min<std::size_t>(point.object, density_placed_.size() - 1)];
 }
 
 // Halves what lies between the last probe in a column and the first beyond it, and mends the column.
@@ -99,7 +97,7 @@ void PreviewTile::find_ends() {
     for (std::size_t e = 0; e < count; ++e) {
       End& end = ends_[e];
       const float middle = 0.5f * (end.within + end.beyond);
-      (density_[e] > least_density(points_[end.point]) ? end.within : end.beyond) = middle;
+      (density_[e] > kEnds * placed_density(points_[end.point]) ? end.within : end.beyond) = middle;
     }
   }
   for (const End& end : ends_) {
@@ -127,8 +125,7 @@ void PreviewTile::prepare() {
   const auto spacing = static_cast<float>(view_.grid.spacing());
   for (Point& point : points_) {
     if (!point.snow()) continue;
-    const std::size_t look = std::min<std::size_t>(point.object, view_.setup.snow.size() - 1);
-    const auto density = static_cast<float>(view_.setup.snow[look].density);
+    const float density = placed_density(point);
     point.column = std::max(point.column, density * spacing);  // a particle, however torn the snow
     point.layer = layers_.of(point.object, point.column);
     point.surface.albedo = point.layer.reflected;
@@ -207,10 +204,12 @@ void PreviewTile::find_lit() {
     Brings& brings = brings_[ray];
     const bool snow = shadow_rays_.hit(ray) != kernels::kNoHit;
     if (snow && !(brings.passed.maxCoeff() > 0)) continue;
-    const Vec3f o = shadow_rays_.origin(ray), d = shadow_rays_.direction(ray);
-    float reach = shadow_rays_.t(ray);
-    LightHit lamp;
-    if (view_.world.lights.hit(o, d, reach, lamp) || view_.world.objects.occluded(o, d, reach)) continue;
+    if (!bare_) {
+      const Vec3f o = shadow_rays_.origin(ray), d = shadow_rays_.direction(ray);
+      float reach = shadow_rays_.t(ray);
+      LightHit lamp;
+      if (view_.world.lights.hit(o, d, reach, lamp) || view_.world.objects.occluded(o, d, reach)) continue;
+    }
     brings.sunlit = !snow;
     brings_[left++] = brings;
   }

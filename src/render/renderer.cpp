@@ -152,9 +152,24 @@ struct Renderer::State {
     });
   }
 
+  // A picture of the film's size with the layers asked for, what is in it undefined.
+  void open_picture(Picture& picture) const {
+    picture.width = setup.image.width;
+    picture.height = setup.image.height;
+    const std::size_t pixels = static_cast<std::size_t>(picture.width) * picture.height;
+    picture.rgb.resize(3 * pixels);
+    picture.layers.clear();
+    for (const Layer layer : setup.layers) {
+      if (layer != Layer::beauty)
+        picture.layers.push_back({layer, std::vector<float>(channels_of(layer) * pixels)});
+    }
+  }
+
   // False if stopped. The world is as it was built last.
-  bool trace_preview(const Snapshot& snapshot, RenderStats& stats, const std::atomic<bool>& stop) {
-    film.begin(setup.image.width, setup.image.height, camera.filter(), content());
+  bool trace_preview(const Snapshot& snapshot, Picture& picture, RenderStats& stats,
+                     const std::atomic<bool>& stop) {
+    stats.mean_samples = 1;
+    open_picture(picture);
     std::mutex adding;
     // One a thread: fresh memory costs more than what is done with it.
     tbb::enumerable_thread_specific<std::optional<PreviewTile>> painters;
@@ -163,7 +178,7 @@ struct Renderer::State {
       PreviewTimes times;
       std::optional<PreviewTile>& painter = painters.local();
       if (!painter) painter.emplace(view, ambient, layers);
-      const std::uint64_t rays = painter->trace(tile, film, times);
+      const std::uint64_t rays = painter->trace(tile, picture, times);
       const std::lock_guard lock(adding);
       stats.preview.add(times);
       return rays;
@@ -176,6 +191,13 @@ struct Renderer::State {
   std::uint32_t moments() const {
     const int slices = setup.camera.shutter > 0 ? setup.image.motion_slices : 1;
     return static_cast<std::uint32_t>(std::min(slices, setup.image.samples));
+  }
+
+  // False if stopped.
+  bool preview(const Snapshot& snapshot, Picture& picture, RenderStats& stats, const std::atomic<bool>& stop) {
+    build(snapshot, stats);
+    ambient.look_around(world(), grid.middle());
+    return trace_preview(snapshot, picture, stats, stop);
   }
 
   // The snow as it is at a moment: each particle goes on with its velocity.
@@ -195,11 +217,6 @@ struct Renderer::State {
   // False if stopped. Every moment has its share of each round, so that all of them weigh alike in every
   // pixel, whenever it is done.
   bool expose(const Snapshot& snapshot, RenderStats& stats, const std::atomic<bool>& stop) {
-    if (preview()) {
-      build(snapshot, stats);
-      ambient.look_around(world(), grid.middle());
-      return trace_preview(snapshot, stats, stop);
-    }
     const auto samples = static_cast<std::uint32_t>(setup.image.samples);
     const std::uint32_t parts = moments();
     film.begin(setup.image.width, setup.image.height, camera.filter(), content());
@@ -223,7 +240,7 @@ struct Renderer::State {
     };
     FilmContent content;
     content.guides = asked(Layer::albedo) || asked(Layer::normal) || asked(Layer::depth);
-    content.denoise = setup.denoise && !preview();
+    content.denoise = setup.denoise;
     content.sparkle = asked(Layer::sparkle);
     content.subsurface = asked(Layer::subsurface);
     content.splats = ways_of(setup.image).to_camera;
@@ -259,7 +276,9 @@ bool Renderer::render(const Snapshot& given, Picture& picture, RenderStats& stat
   stats = {};
   const int detail = state_->setup.image.detail;
   const Snapshot finer = detail > 1 ? with_relief(given, detail) : Snapshot{};
-  const bool finished = state_->expose(detail > 1 ? finer : given, stats, stop);
+  const Snapshot& snapshot = detail > 1 ? finer : given;
+  if (state_->preview()) return state_->preview(snapshot, picture, stats, stop);
+  const bool finished = state_->expose(snapshot, stats, stop);
   const Film& film = state_->film;
   stats.mean_samples =
       static_cast<double>(film.samples()) / (static_cast<double>(film.width()) * film.height());
@@ -271,13 +290,10 @@ bool Renderer::render(const Snapshot& given, Picture& picture, RenderStats& stat
 bool Renderer::look_again(const Snapshot& snapshot, const Camera& from, Picture& picture, RenderStats& stats,
                           const std::atomic<bool>& stop) {
   stats = {};
-  stats.mean_samples = 1;
   state_->setup.camera = from;
   state_->camera = CameraRays(from, state_->setup.image);
   state_->camera.place(state_->grid.origin(), snapshot.time);
-  const bool finished = state_->trace_preview(snapshot, stats, stop);
-  picture = state_->film.picture(state_->setup.layers);
-  return finished;
+  return state_->trace_preview(snapshot, picture, stats, stop);
 }
 
 }  // namespace firn

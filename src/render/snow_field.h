@@ -90,23 +90,31 @@ class SnowField {
     int cell[3];  // in the brick
     float part[3];
   };
+  struct Span {
+    float least = 0, most = 0;
+  };
   bool find(const Vec3f& p, Place& place) const;
   float interpolate(const std::vector<float>& field, const Place& place) const;
   void splat(const std::vector<float>& amount, std::vector<float>& corners);
   void splat_bricks(const std::vector<float>& amount);
-  void gather_corners(std::vector<float>& corners, bool add) const;
+  void gather_corners(std::vector<float>& corners) const;
   void weigh(const Snapshot& snapshot, const std::vector<SnowLook>& looks);
   void close_surface(RenderGrid& grid, const Snapshot& snapshot);
   void add_company();
   void find_loose(const Snapshot& snapshot);
+  Span fill_span(std::size_t slot) const;
+  bool filled(std::size_t slot, float enough) const;
   float least_fill(std::size_t slot) const;
+  std::uint32_t surface_kind(std::size_t slot, int c) const;
   void fill_at_particles(std::size_t slot);
   void find_kinds();
   void close_bricks();
   void measure_gradients();
   void fill_around(std::size_t slot, float* tile) const;
-  std::size_t around(std::size_t slot, int k) const;
-  void all_around(std::size_t slot, std::size_t slots[27]) const;
+  void find_neighbours();
+  std::size_t around(std::size_t slot, int k) const {  // SIZE_MAX where no brick is occupied
+    return neighbours_[slot][k] < 0 ? SIZE_MAX : static_cast<std::size_t>(neighbours_[slot][k]);
+  }
   void measure_strays(const Snapshot& snapshot, const std::vector<SnowLook>& looks);
   void mark_depth(const std::vector<std::uint64_t>& cells, std::uint32_t its);
   bool find_depths(const std::vector<float>& density, const SnowOptics& optics);
@@ -118,6 +126,7 @@ class SnowField {
   kernels::SurfaceField surface_;
   kernels::TraceGrid view_;
   std::vector<std::int32_t> slot_;          // per brick of the table
+  std::vector<std::array<std::int32_t, 27>> neighbours_;  // per occupied brick, x slowest: slots, or -1
   std::vector<float> fill_, density_;       // per occupied brick kBrickCorners
   std::vector<std::uint32_t> kind_;         // per occupied brick eight words
   std::vector<std::uint32_t> gradient_at_;  // per occupied brick: its place in gradient_, or kNone
