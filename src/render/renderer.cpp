@@ -121,7 +121,7 @@ struct Renderer::State {
     const World world = this->world();
     const Sparkle sparkle(grid, snapshot, setup.snow);
     const View view{world, shade, camera, grid, snow, snapshot, setup, tint, grains, sparkle};
-    const int width = film.width(), height = film.height();
+    const int width = setup.image.width, height = setup.image.height;
     const int across = (width + side - 1) / side, down = (height + side - 1) / side;
     std::atomic<std::uint64_t> count{0};
     parallel_for(static_cast<std::size_t>(across) * down, 1, [&](std::size_t index) {
