@@ -60,7 +60,7 @@ struct Asked {
   alignas(64) std::int32_t first[6][2][kWindow], last[6][2][kWindow];  // of direction, for each face of a cube
   std::uint64_t on_face[6];                                            // points that ask there, a bit each
   alignas(64) float at[3][kWindow], normal[3][kWindow];                // in the particle's frame
-  alignas(64) float shrunk[kWindow];
+  alignas(64) float shrunk[kWindow], box[3][kWindow];  // box: m, to either side of `at`
 };
 
 // As FacetField::cells_of_face.
@@ -111,6 +111,7 @@ FIRN_INLINE void ask(const FacetCells& facets, const GlintView& view, std::size_
     store(asked.low[a] + begin, floor_to_ints((at.of[a] - box) * facets.inv_cell));
     store(asked.high[a] + begin, floor_to_ints((at.of[a] + box) * facets.inv_cell));
     store(asked.at[a] + begin, at.of[a]), store(asked.normal[a] + begin, n.of[a]);
+    store(asked.box[a] + begin, box);
   }
   store(asked.shrunk + begin, square(deep / wide));
   store(asked.id + begin, load_first(reinterpret_cast<const std::int32_t*>(view.id) + i, count, 0));
@@ -154,9 +155,13 @@ class SharedCells {
     int low[3], high[3], all = 1;
     for (int a = 0; a < 3; ++a) {
       low[a] = INT32_MAX, high[a] = INT32_MIN;
+      from_[a] = __builtin_huge_valf(), to_[a] = -from_[a];
       each_of(points_, [&](int k) FIRN_INLINE_LAMBDA {
         low[a] = asked_.low[a][k] < low[a] ? asked_.low[a][k] : low[a];
         high[a] = asked_.high[a][k] > high[a] ? asked_.high[a][k] : high[a];
+        const float from = asked_.at[a][k] - asked_.box[a][k], to = asked_.at[a][k] + asked_.box[a][k];
+        from_[a] = from < from_[a] ? from : from_[a];
+        to_[a] = to > to_[a] ? to : to_[a];
       });
       all *= high[a] - low[a] + 1;
     }
@@ -206,15 +211,17 @@ class SharedCells {
     double chance = facets_.none, until = chance;
     for (int n = 1; n < kMostFacets; ++n) {
       open &= drawn >= static_cast<std::int64_t>(until * 0x1p53);
-      int facets = long_lane_bits(open);
-      if (facets == 0) break;
+      if (long_lane_bits(open) == 0) break;
       const Longs place = mix64(bits + static_cast<std::uint64_t>(n));
       float at[3][kHalfLanes];
+      HalfInts near = HalfInts{} == 0;  // to one of the points
       for (int a = 0; a < 3; ++a) {
         const HalfFloats its = facets_.cell * (load_half<HalfFloats>(corner_[a] + k) +
                                                bits_to_float(place, 21 * a, 0x1fffff) * 0x1p-21f);
         __builtin_memcpy(at[a], &its, sizeof its);
+        near &= (its >= from_[a]) & (its <= to_[a]);
       }
+      int facets = long_lane_bits(__builtin_convertvector(near, HalfLongs) & open);
       for (; facets != 0; facets &= facets - 1) {
         const int lane = __builtin_ctz(static_cast<unsigned>(facets));
         found |= held_by(at[0][lane], at[1][lane], at[2][lane]);
@@ -246,6 +253,7 @@ class SharedCells {
   const FacetCells& facets_;
   const Asked& asked_;
   std::uint64_t points_ = 0;
+  float from_[3] = {}, to_[3] = {};  // m, the box about all that they see
   int places_ = 0, turns_ = 0;
   std::uint64_t place_[kMostPlaces + kHalfLanes] = {}, turn_[kMostTurns + kHalfLanes] = {};
   float corner_[3][kMostPlaces + kHalfLanes] = {};  // cells

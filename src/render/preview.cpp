@@ -65,7 +65,7 @@ std::uint64_t PreviewTile::trace(const Tile& tile, Picture& picture, PreviewTime
 }
 
 void PreviewTile::aim(const Tile& tile) {
-  pixels_.clear(), sights_.clear(), pixel_x_.clear(), pixel_y_.clear();
+  pixel_x_.clear(), pixel_y_.clear();
   for (int y = tile.y0; y < tile.y1; y += kBlock) {
     for (int x = tile.x0; x < tile.x1; x += kBlock) {
       for (int py = y; py < std::min(y + kBlock, tile.y1); ++py) {
@@ -79,9 +79,10 @@ void PreviewTile::aim(const Tile& tile) {
   float* const directions[3] = {rays_.directions(0), rays_.directions(1), rays_.directions(2)};
   view_.shade.sights(view_.camera.pinhole(), pixel_x_.data(), pixel_y_.data(), 0, count, directions,
                      spread_.data());
+  pixels_.resize(count), sights_.resize(count);
   for (std::size_t k = 0; k < count; ++k) {
-    pixels_.push_back({pixel_x_[k], pixel_y_[k], {}});
-    sights_.push_back({static_cast<std::uint32_t>(k), Vec3f::Ones(), spread_[k]});
+    pixels_[k] = {pixel_x_[k], pixel_y_[k], {}};
+    sights_[k] = {static_cast<std::uint32_t>(k), Vec3f::Ones(), spread_[k]};
   }
 }
 

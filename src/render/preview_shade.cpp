@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "src/render/directions.h"
 #include "src/render/preview.h"
@@ -48,36 +49,43 @@ void PreviewTile::probe() {
   measure_columns();
 }
 
-// From probe to probe deeper, until all columns have ended or are deep.
+float PreviewTile::placed_density(const Point& point) const {
+  return density_placed_[std::min<std::size_t>(point.object, density_placed_.size() - 1)];
+}
+
+// From probe to probe deeper, until all columns have ended or are deep; those that go on move up.
 void PreviewTile::measure_columns() {
   const float cell = view_.grid.view().cell;
   const kernels::ProbeView probes{{probe_from_[0].data(), probe_from_[1].data(), probe_from_[2].data()},
                                   {probe_down_[0].data(), probe_down_[1].data(), probe_down_[2].data()}};
-  open_.clear(), ends_.clear();
+  std::size_t left = 0;
+  const auto keep = [&](std::size_t from, std::uint32_t point) {
+    for (int a = 0; a < 3; ++a) {
+      probe_from_[a][left] = probe_from_[a][from];
+      probe_down_[a][left] = probe_down_[a][from];
+    }
+    open_[left++] = point;
+  };
+  open_.resize(points_.size()), ends_.clear();
   for (std::size_t k = 0; k < points_.size(); ++k) {
-    if (points_[k].snow()) open_.push_back(static_cast<std::uint32_t>(k));
+    if (points_[k].snow()) keep(k, static_cast<std::uint32_t>(k));
   }
   float done = 0;  // cells that the probes before stand for
-  for (std::size_t step = 0; step < std::size(kBelow) && !open_.empty(); ++step) {
-    view_.field.probe_density(probes, kBelow[step] * cell, points_.size(), density_.data());
-    std::size_t left = 0;
-    for (const std::uint32_t k : open_) {
-      Point& point = points_[k];
+  for (std::size_t step = 0; step < std::size(kBelow) && left > 0; ++step) {
+    const std::size_t count = std::exchange(left, 0);
+    view_.field.probe_density(probes, kBelow[step] * cell, count, density_.data());
+    for (std::size_t k = 0; k < count; ++k) {
+      Point& point = points_[open_[k]];
       if (!(density_[k] > kEnds * placed_density(point))) {
-        ends_.push_back({k, step > 0 ? kBelow[step - 1] : 0, kBelow[step], done});
+        ends_.push_back({open_[k], step > 0 ? kBelow[step - 1] : 0, kBelow[step], done});
         continue;
       }
       point.column += density_[k] * kStands[step] * cell;
-      if (layers_.transport_depth(point.object, point.column) < kDeep) open_[left++] = k;
+      if (layers_.transport_depth(point.object, point.column) < kDeep) keep(k, open_[k]);
     }
-    open_.resize(left);
     done += kStands[step];
   }
   find_ends();
-}
-
-float PreviewTile::placed_density(const Point& point) const {
-  return density_placed_[std::min<std::size_t>(point.object, density_placed_.size() - 1)];
 }
 
 // Halves what lies between the last probe in a column and the first beyond it, and mends the column.
@@ -166,19 +174,19 @@ Vec3f PreviewTile::glint(const Point& point, const LightSample& light) const {
 // False if nothing comes.
 bool PreviewTile::bring(const Point& point, Brings& brings) const {
   const LightSample& light = brings.light;
-  const Vec3f irradiance = light.radiance / light.pdf;
+  const Vec3f irradiance = light.radiance * (1 / light.pdf);
   const float cosine = point.surface.normal.dot(light.direction);
   brings.direct = brings.passed = Vec3f::Zero();
   if (!point.snow()) {
-    if (cosine > 0)
-      brings.direct = evaluate(point.surface, point.back, light.direction).cwiseProduct(irradiance) * cosine;
-  } else {
-    const Vec3f matt = irradiance / kPi;
-    brings.direct = point.layer.reflected.cwiseProduct(matt) * ramp(cosine, point.soft);
-    if (cosine < 0 && point.layer.passed.maxCoeff() > kFaintest)
-      brings.passed = point.layer.passed.cwiseProduct(matt) * -cosine;
+    if (!(cosine > 0)) return false;
+    brings.direct = evaluate(point.surface, point.back, light.direction).cwiseProduct(irradiance) * cosine;
+    return brings.direct.maxCoeff() > 0;
   }
-  return (brings.direct + brings.passed).maxCoeff() > 0 || may_glint(point, light.direction);
+  const float lit = ramp(cosine, point.soft);
+  if (lit > 0) brings.direct = point.layer.reflected.cwiseProduct(irradiance) * (lit / kPi);
+  const bool passes = cosine < 0 && point.layer.passed.maxCoeff() > kFaintest;
+  if (passes) brings.passed = point.layer.passed.cwiseProduct(irradiance) * (-cosine / kPi);
+  return lit > 0 || passes || may_glint(point, light.direction);
 }
 
 void PreviewTile::cast_shadows(int beacon) {
@@ -186,10 +194,12 @@ void PreviewTile::cast_shadows(int beacon) {
   shadow_rays_.clear(), brings_.clear();
   for (std::size_t k = 0; k < points_.size(); ++k) {
     const Point& point = points_[k];
-    Brings brings;
+    Brings& brings = brings_.emplace_back();
     brings.point = static_cast<std::uint32_t>(k);
-    if (!world.lights.middle(beacon, point.p, brings.light) || !bring(point, brings)) continue;
-    brings_.push_back(brings);
+    if (!world.lights.middle(beacon, point.p, brings.light) || !bring(point, brings)) {
+      brings_.pop_back();
+      continue;
+    }
     shadow_rays_.push(point.p + point.lift * point.smooth, brings.light.direction,
                       brings.light.distance * (1 - 1e-4f));
   }
