@@ -68,8 +68,9 @@ void PreviewTile::aim(const Tile& tile) {
   pixel_x_.clear(), pixel_y_.clear();
   for (int y = tile.y0; y < tile.y1; y += kBlock) {
     for (int x = tile.x0; x < tile.x1; x += kBlock) {
-      for (int py = y; py < std::min(y + kBlock, tile.y1); ++py) {
-        for (int px = x; px < std::min(x + kBlock, tile.x1); ++px) pixel_x_.push_back(px), pixel_y_.push_back(py);
+      for (int k = 0; k < kBlock * kBlock; ++k) {  // of blocks of 4 x 4 in blocks of 8 x 8
+        const int px = x + (k >> 4 & 1) * 4 + (k & 3), py = y + (k >> 5) * 4 + (k >> 2 & 3);
+        if (px < tile.x1 && py < tile.y1) pixel_x_.push_back(px), pixel_y_.push_back(py);
       }
     }
   }
@@ -194,6 +195,7 @@ void PreviewTile::find_grain() {
     Point& point = points_[snow_[s]];
     const std::uint32_t particle = view_.grid.snapshot_index(point.sorted);
     point.object = view_.snapshot.object[particle];
+    point.placed = density_placed_[std::min<std::size_t>(point.object, density_placed_.size() - 1)];
     id_[s] = view_.snapshot.id[particle];
     local_.set(s, (point.p - view_.grid.center(point.sorted)) / spacing);
     back_.set(s, point.back);

@@ -51,6 +51,7 @@ class PreviewTile {
     Vec3f weight;
     SurfacePoint surface;  // of snow, its normal has grain
     float footprint = 0;   // m, of a pixel; 0: seen by way of a mirror
+    float placed = 0;      // kg/m^3, of the snow when it was placed
     float lift = 0;        // m, that shadow rays start above the surface
     float column = 0;      // kg/m^2, of the snow below
     float opening = 1;     // how much of the sky is seen
@@ -82,7 +83,6 @@ class PreviewTile {
   void probe();
   void measure_columns();
   void find_ends();
-  float placed_density(const Point& point) const;
   void measure_openings();
   void prepare();
   void cast_shadows(int beacon);

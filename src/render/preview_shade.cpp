@@ -49,10 +49,6 @@ void PreviewTile::probe() {
   measure_columns();
 }
 
-float PreviewTile::placed_density(const Point& point) const {
-  return density_placed_[std::min<std::size_t>(point.object, density_placed_.size() - 1)];
-}
-
 // From probe to probe deeper, until all columns have ended or are deep; those that go on move up.
 void PreviewTile::measure_columns() {
   const float cell = view_.grid.view().cell;
@@ -60,7 +56,7 @@ void PreviewTile::measure_columns() {
                                   {probe_down_[0].data(), probe_down_[1].data(), probe_down_[2].data()}};
   std::size_t left = 0;
   const auto keep = [&](std::size_t from, std::uint32_t point) {
-    for (int a = 0; a < 3; ++a) {
+    for (int a = 0; a < 3 && left < from; ++a) {
       probe_from_[a][left] = probe_from_[a][from];
       probe_down_[a][left] = probe_down_[a][from];
     }
@@ -76,7 +72,7 @@ void PreviewTile::measure_columns() {
     view_.field.probe_density(probes, kBelow[step] * cell, count, density_.data());
     for (std::size_t k = 0; k < count; ++k) {
       Point& point = points_[open_[k]];
-      if (!(density_[k] > kEnds * placed_density(point))) {
+      if (!(density_[k] > kEnds * point.placed)) {
         ends_.push_back({open_[k], step > 0 ? kBelow[step - 1] : 0, kBelow[step], done});
         continue;
       }
@@ -105,7 +101,7 @@ void PreviewTile::find_ends() {
     for (std::size_t e = 0; e < count; ++e) {
       End& end = ends_[e];
       const float middle = 0.5f * (end.within + end.beyond);
-      (density_[e] > kEnds * placed_density(points_[end.point]) ? end.within : end.beyond) = middle;
+      (density_[e] > kEnds * points_[end.point].placed ? end.within : end.beyond) = middle;
     }
   }
   for (const End& end : ends_) {
@@ -133,8 +129,7 @@ void PreviewTile::prepare() {
   const auto spacing = static_cast<float>(view_.grid.spacing());
   for (Point& point : points_) {
     if (!point.snow()) continue;
-    const float density = placed_density(point);
-    point.column = std::max(point.column, density * spacing);  // a particle, however torn the snow
+    point.column = std::max(point.column, point.placed * spacing);  // a particle, however torn the snow
     point.layer = layers_.of(point.object, point.column);
     point.surface.albedo = point.layer.reflected;
     // A ball of diameter D passes |cos| / (1 + 3/4 D cos^2 / path): half of that at cos = soft / 2.
@@ -142,7 +137,7 @@ void PreviewTile::prepare() {
     point.soft = std::min(2 / std::sqrt(0.75f * depth), kSoftest);
     // As deep as light comes in, so that what it softens is not in the snow's own shadow.
     point.lift =
-        std::min(spacing + 4.f / 3 * layers_.transport_path(point.object, density), kMostLift * spacing);
+        std::min(spacing + 4.f / 3 * layers_.transport_path(point.object, point.placed), kMostLift * spacing);
   }
 }
 
