@@ -144,8 +144,18 @@ class SharedCells {
       const Longs key = mix64(load_half<Longs>(turn_ + t));
       __builtin_memcpy(turn_ + t, &key, sizeof key);
     }
-    for (int t = 0; t < turns_; ++t) {
-      for (int k = 0; k < places_; k += kHalfLanes) found |= ask_cells(mix64(turn_[t] ^ load_half<Longs>(place_ + k)), k);
+    const int at_once = places_ < kHalfLanes ? kHalfLanes / places_ : 1;  // directions
+    HalfLongs whose = {};
+    for (int k = places_; k < at_once * places_; ++k) {
+      place_[k] = place_[k - places_];
+      for (auto& corner : corner_) corner[k] = corner[k - places_];
+      whose[k] = k / places_;
+    }
+    for (int t = 0; t < turns_; t += at_once) {
+      const Longs turn = __builtin_shuffle(load_half<Longs>(turn_ + t), whose);
+      const int count = (turns_ - t < at_once ? turns_ - t : at_once) * places_;
+      for (int k = 0; k < count; k += kHalfLanes)
+        found |= ask_cells(mix64(turn ^ load_half<Longs>(place_ + k)), k, count - k);
     }
     return found;
   }
@@ -203,11 +213,11 @@ class SharedCells {
     return true;
   }
 
-  // bits: of the cells whose places begin at k.
-  FIRN_INLINE std::uint64_t ask_cells(Longs bits, int k) const {
+  // bits: of `count` cells, whose places begin at k.
+  FIRN_INLINE std::uint64_t ask_cells(Longs bits, int k, int count) const {
     std::uint64_t found = 0;
     const HalfLongs drawn = (HalfLongs)(bits >> 11);  // 53 bits, as uniform_double has them
-    HalfLongs open = long_lane_numbers() < places_ - k;
+    HalfLongs open = long_lane_numbers() < count;
     double chance = facets_.none, until = chance;
     for (int n = 1; n < kMostFacets; ++n) {
       open &= drawn >= static_cast<std::int64_t>(until * 0x1p53);

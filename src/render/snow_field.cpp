@@ -81,7 +81,10 @@ void SnowField::gather_corners(std::vector<float>& corners) const {
 void SnowField::splat(const std::vector<float>& amount, std::vector<float>& corners) {
   const std::size_t slots = grid_->brick_of_slot().size();
   const std::uint32_t* start = grid_->view().cell_start;
-  corners.assign(slots * kBrickCorners, 0.f);
+  corners.resize(slots * kBrickCorners);
+  parallel_chunks(corners.size(), 1 << 16, [&](std::size_t, std::size_t begin, std::size_t end) {
+    std::fill(corners.data() + begin, corners.data() + end, 0.f);
+  });
   splats_.resize(slots);
   for (std::size_t slot = 0; slot < slots; ++slot)
     splats_[slot] = start[slot * kCellsPerBrick] < start[(slot + 1) * kCellsPerBrick];
@@ -136,15 +139,19 @@ void SnowField::fill_at_particles(std::size_t slot) {
 void SnowField::add_company() {
   const kernels::TraceGrid& grid = grid_->view();
   const std::size_t slots = grid_->brick_of_slot().size();
-  counts_.assign(volume_.size(), 1.f);
+  counts_.resize(volume_.size());
   more_.resize(volume_.size());
+  std::vector<std::uint8_t> done(slots, 0);  // what is filled stays so
   for (int round = 0; round < kCompanyRounds; ++round) {
     parallel_for(slots, 16, [&](std::size_t slot) {
       splats_[slot] = 0;
-      if (filled(slot, kCompany)) return;
+      done[slot] = done[slot] || filled(slot, kCompany);
+      if (done[slot]) return;
       fill_at_particles(slot);
-      for (std::uint32_t s = grid.cell_start[slot * kCellsPerBrick];
-           s < grid.cell_start[(slot + 1) * kCellsPerBrick]; ++s) {
+      const std::uint32_t begin = grid.cell_start[slot * kCellsPerBrick],
+                          end = grid.cell_start[(slot + 1) * kCellsPerBrick];
+      if (round == 0) std::fill(counts_.data() + begin, counts_.data() + end, 1.f);
+      for (std::uint32_t s = begin; s < end; ++s) {
         more_[s] = 0;
         if (!(here_[s] < kCompany) || counts_[s] >= kMostCompany) continue;
         const float wanted = std::min(counts_[s] * kCompany / std::max(here_[s], 1e-3f), kMostCompany);
@@ -162,7 +169,7 @@ void SnowField::add_company() {
 // The ball that each particle is beside the surface.
 void SnowField::find_loose(const Snapshot& snapshot) {
   const std::uint32_t* start = grid_->view().cell_start;
-  radii_.assign(grid_->size(), -1.f);
+  radii_.resize(grid_->size());
   const std::size_t slots = grid_->brick_of_slot().size();
   const auto radius = [&](std::uint32_t s, float here) {
     if (here >= kCovered) return;
@@ -171,12 +178,15 @@ void SnowField::find_loose(const Snapshot& snapshot) {
     radii_[s] = share * static_cast<float>(portable_cbrt(snapshot.volume0[grid_->snapshot_index(s)]));
   };
   parallel_for(slots, 16, [&](std::size_t slot) {
+    const std::uint32_t begin = start[slot * kCellsPerBrick], end = start[(slot + 1) * kCellsPerBrick];
+    std::fill(radii_.data() + begin, radii_.data() + end, -1.f);
     if (filled(slot, kCovered)) return;
     fill_at_particles(slot);
-    for (std::uint32_t s = start[slot * kCellsPerBrick]; s < start[(slot + 1) * kCellsPerBrick]; ++s)
-      radius(s, here_[s]);
+    for (std::uint32_t s = begin; s < end; ++s) radius(s, here_[s]);
   });
-  for (std::size_t s = start[slots * kCellsPerBrick]; s < radii_.size(); ++s)  // strays
+  const std::size_t strays = start[slots * kCellsPerBrick];
+  std::fill(radii_.begin() + static_cast<std::ptrdiff_t>(strays), radii_.end(), -1.f);
+  for (std::size_t s = strays; s < radii_.size(); ++s)
     radius(static_cast<std::uint32_t>(s), fill(grid_->center(static_cast<std::uint32_t>(s))));
 }
 
@@ -254,10 +264,18 @@ void SnowField::close_surface(RenderGrid& grid, const Snapshot& snapshot) {
   find_loose(snapshot);
   grid.set_radii(radii_);
   add_company();
+  constexpr std::size_t kChunk = 8192;
+  struct Sum {
+    double loose = 0, room = 0;
+  };
+  std::vector<Sum> sums((radii_.size() + kChunk - 1) / kChunk);
+  parallel_chunks(radii_.size(), kChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+    for (std::size_t s = begin; s < end; ++s) {
+      if (radii_[s] > 0) sums[chunk].loose += mass_[s], sums[chunk].room += volume_[s];
+    }
+  });
   double loose = 0, room = 0;
-  for (std::size_t s = 0; s < radii_.size(); ++s) {
-    if (radii_[s] > 0) loose += mass_[s], room += volume_[s];
-  }
+  for (const Sum& sum : sums) loose += sum.loose, room += sum.room;
   ball_density_ = room > 0 ? static_cast<float>(loose / room) : 0.f;
 }
 
