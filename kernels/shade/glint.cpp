@@ -14,8 +14,8 @@ namespace {
 constexpr int kWindow = 64;                       // points that may ask together
 constexpr int kMostPlaces = 64, kMostTurns = 64;  // cells that they may ask for
 constexpr int kMostFacets = 256;                  // in a cell
-constexpr float kMargin = 1.001f;  // of lengths
-constexpr float kWidest = 4;       // light cones, in cones of a facet, beyond which their mean shines
+constexpr float kMargin = 1.001f;                 // of lengths
+constexpr float kWidest = 4;  // light cones, in cones of a facet, beyond which their mean shines
 
 struct Three {
   Floats of[3];
@@ -56,11 +56,12 @@ FIRN_INLINE Ints floor_to_ints(Floats a) {
 struct Asked {
   static constexpr int kParts = kWindow / kLanes;
   alignas(64) std::int32_t id[kWindow];
-  alignas(64) std::int32_t low[3][kWindow], high[3][kWindow];          // cells of place
-  alignas(64) std::int32_t first[6][2][kWindow], last[6][2][kWindow];  // of direction, for each face of a cube
-  std::uint64_t on_face[6];                                            // points that ask there, a bit each
-  alignas(64) float at[3][kWindow], normal[3][kWindow];                // in the particle's frame
-  alignas(64) float shrunk[kWindow], box[3][kWindow];  // box: m, to either side of `at`
+  alignas(64) std::int32_t low[3][kWindow], high[3][kWindow];  // cells of place
+  alignas(64) std::int32_t first[6][2][kWindow],
+      last[6][2][kWindow];                               // of direction, for each face of a cube
+  std::uint64_t on_face[6];                              // points that ask there, a bit each
+  alignas(64) float at[3][kWindow], normal[3][kWindow];  // in the particle's frame
+  alignas(64) float shrunk[kWindow], box[3][kWindow];    // box: m, to either side of `at`
 };
 
 // As FacetField::cells_of_face.
@@ -207,7 +208,8 @@ class SharedCells {
       const auto id = static_cast<std::uint32_t>(asked_.id[__builtin_ctzll(there)]);
       const std::uint64_t key = static_cast<std::uint64_t>(id) << 32 | static_cast<std::uint64_t>(face) << 24;
       for (int i = first[0]; i <= last[0]; ++i) {
-        for (int j = first[1]; j <= last[1]; ++j) turn_[turns_++] = key | static_cast<std::uint64_t>(i << 12 | j);
+        for (int j = first[1]; j <= last[1]; ++j)
+          turn_[turns_++] = key | static_cast<std::uint64_t>(i << 12 | j);
       }
     }
     return true;
@@ -249,10 +251,10 @@ class SharedCells {
     for (int begin = 0; begin < kWindow; begin += kLanes) {
       const auto here = static_cast<int>(points_ >> begin) & kAllLanes;
       if (here == 0) continue;
-      const Three off = {{x - load(asked_.at[0] + begin), y - load(asked_.at[1] + begin),
-                          z - load(asked_.at[2] + begin)}};
-      const Three normal = {{load(asked_.normal[0] + begin), load(asked_.normal[1] + begin),
-                             load(asked_.normal[2] + begin)}};
+      const Three off = {
+          {x - load(asked_.at[0] + begin), y - load(asked_.at[1] + begin), z - load(asked_.at[2] + begin)}};
+      const Three normal = {
+          {load(asked_.normal[0] + begin), load(asked_.normal[1] + begin), load(asked_.normal[2] + begin)}};
       const Floats depth = dot(off, normal), depth2 = depth * depth;
       const Mask held = less(fma(dot(off, off) - depth2, load(asked_.shrunk + begin), depth2), deep2);
       found |= static_cast<std::uint64_t>(lane_bits(held) & here) << begin;

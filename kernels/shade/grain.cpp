@@ -32,8 +32,7 @@ FIRN_INLINE Half3 value_noise(const HalfFloats p[3], Longs key) {
     const Longs bits = mix64(key ^ (place[0] << 32) ^ (place[1] << 16) ^ place[2]);
     const HalfFloats weight =
         (step[0] ? f[0] : 1 - f[0]) * (step[1] ? f[1] : 1 - f[1]) * (step[2] ? f[2] : 1 - f[2]);
-    for (int a = 0; a < 3; ++a)
-      sum.of[a] += weight * (bits_to_float(bits, 16 * a, 0xffff) * 0x1p-15f - 1);
+    for (int a = 0; a < 3; ++a) sum.of[a] += weight * (bits_to_float(bits, 16 * a, 0xffff) * 0x1p-15f - 1);
   }
   return sum;
 }

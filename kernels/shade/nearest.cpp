@@ -127,9 +127,9 @@ class Group {
   const TraceGrid& grid_;
   std::size_t begin_;
   int count_;
-  Floats p_[3][kParts];    // m
-  Floats best_[kParts];    // m^2
-  Ints particle_[kParts];  // the bits of a sorted index
+  Floats p_[3][kParts];     // m
+  Floats best_[kParts];     // m^2
+  Ints particle_[kParts];   // the bits of a sorted index
   float low_[3], high_[3];  // m, of all points
 };
 

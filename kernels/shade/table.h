@@ -33,11 +33,11 @@ struct GrainView {
 // The facets of one kind of snow (src/render/facets.h); lengths in m.
 struct FacetCells {
   float radius, cell, inv_cell;
-  float chord;       // of the cone of a facet's normals
-  int side;          // cells of direction along an edge of the cube
-  float step;        // 2 / side
+  float chord;        // of the cone of a facet's normals
+  int side;           // cells of direction along an edge of the cube
+  float step;         // 2 / side
   double mean, none;  // candidates in a cell, and how often there is none
-  float widest;      // m, the most that a facet is spread along the surface
+  float widest;       // m, the most that a facet is spread along the surface
 };
 struct GlintView {
   const std::uint32_t* id;      // of the particle

@@ -29,9 +29,21 @@ void probe(const TraceGrid&, const float*, const ProbeView&, float, std::size_t,
            float*);  // probe.cpp
 
 TraceKernels trace_kernels() {
-  return {extent, cell_codes,      closest,          closest_coherent, occluded, occluded_coherent,
-          splat,  sum_tiles, surface_closest, surface_occluded, surface_closest_coherent,
-          surface_occluded_coherent, collide,          wander,   probe};
+  return {extent,
+          cell_codes,
+          closest,
+          closest_coherent,
+          occluded,
+          occluded_coherent,
+          splat,
+          sum_tiles,
+          surface_closest,
+          surface_occluded,
+          surface_closest_coherent,
+          surface_occluded_coherent,
+          collide,
+          wander,
+          probe};
 }
 
 }  // namespace firn::kernels::FIRN_ISA

@@ -151,8 +151,8 @@ struct TraceKernels {
   // (the quadratic B-spline). They lie in the brick whose first cell is `first`; tile: kFieldTile.
   void (*splat)(const TraceGrid&, const int first[3], std::uint32_t begin, std::uint32_t end,
                 const float* amount, float* tile) = nullptr;
-  // Adds to the corners of a brick (kBrickCorners) what the tiles of the 27 bricks around it (x slowest; null:
-  // none) hold there, in that order.
+  // Adds to the corners of a brick (kBrickCorners) what the tiles of the 27 bricks around it (x slowest;
+  // null: none) hold there, in that order.
   void (*sum_tiles)(const float* const tiles[27], float* corners) = nullptr;
   // As `closest` and `occluded`, but against the surface of the snow too, where the ray enters it: `hit` is
   // kSurfaceHit there. Balls of radius -1 are none.

@@ -154,8 +154,7 @@ void TilePaths::become_surface(Vertex& vertex, std::size_t ray, const Subpath& s
       ball ? Vec3f(from_center / view_.grid.radius(sorted)) : view_.field.normal(vertex.p, vertex.back);
   vertex.on_surface = true;
   vertex.surface.kind = SurfaceKind::diffuse;
-  vertex.surface.normal =
-      grained(smooth, from_center / spacing, view_.snapshot.id[particle], vertex.back);
+  vertex.surface.normal = grained(smooth, from_center / spacing, view_.snapshot.id[particle], vertex.back);
   vertex.surface.albedo = view_.grains.of(view_.snapshot.object[particle], false).layer;
   const Sample2 at = paths_[subpath.path].random.pair(kLinks + pair_of(subpath.vertices, kEmergence));
   const Disc aside = on_circle(kAside * spacing * std::sqrt(at.u), at.v);

@@ -98,7 +98,7 @@ class PreviewTile {
   const View& view_;
   const AmbientLight& ambient_;
   const SnowLayers& layers_;
-  const bool bare_;             // there is nothing but snow, suns and sky
+  const bool bare_;                    // there is nothing but snow, suns and sky
   std::vector<float> density_placed_;  // kg/m^3, per object
   std::uint64_t rays_traced_ = 0;
   std::vector<Pixel> pixels_;

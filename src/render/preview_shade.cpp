@@ -245,9 +245,9 @@ void PreviewTile::find_glints() {
     light_chord_[s] = 0.5f * cone_of(brings.light);
     footprint_[s] = point.footprint;
   }
-  const kernels::GlintView glints{id_.data(),     {turn_[0].data(), turn_[1].data(), turn_[2].data()},
-                                  local_.view(),  smooth_.view(),
-                                  back_.view(),   light_.view(),
+  const kernels::GlintView glints{id_.data(),          {turn_[0].data(), turn_[1].data(), turn_[2].data()},
+                                  local_.view(),       smooth_.view(),
+                                  back_.view(),        light_.view(),
                                   light_chord_.data(), footprint_.data()};
   const auto object = [&](std::size_t s) { return points_[brings_[snow_[s]].point].object; };
   for (std::size_t begin = 0, end; begin < count; begin = end) {  // runs of one kind of snow

@@ -194,7 +194,8 @@ struct Renderer::State {
   }
 
   // False if stopped.
-  bool preview(const Snapshot& snapshot, Picture& picture, RenderStats& stats, const std::atomic<bool>& stop) {
+  bool preview(const Snapshot& snapshot, Picture& picture, RenderStats& stats,
+               const std::atomic<bool>& stop) {
     build(snapshot, stats);
     ambient.look_around(world(), grid.middle());
     return trace_preview(snapshot, picture, stats, stop);

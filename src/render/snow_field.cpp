@@ -208,7 +208,8 @@ void SnowField::find_kinds() {
     std::fill(words, words + 8, span.least >= kLevel ? kernels::kInside * 0x11111111u : 0);
     const std::uint32_t* list = &grid_->view().list[slot * kCellsPerBrick];
     for (int c = 0; c < kCellsPerBrick; ++c) {
-      const std::uint32_t kind = (crossed ? surface_kind(slot, c) : 0u) | (list[c] != 0 ? std::uint32_t{kernels::kHasLoose} : 0u);
+      const std::uint32_t kind =
+          (crossed ? surface_kind(slot, c) : 0u) | (list[c] != 0 ? std::uint32_t{kernels::kHasLoose} : 0u);
       words[c >> 3] |= kind << (4 * (c & 7));
     }
   });

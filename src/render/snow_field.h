@@ -125,10 +125,10 @@ class SnowField {
   const RenderGrid* grid_ = nullptr;
   kernels::SurfaceField surface_;
   kernels::TraceGrid view_;
-  std::vector<std::int32_t> slot_;          // per brick of the table
+  std::vector<std::int32_t> slot_;                        // per brick of the table
   std::vector<std::array<std::int32_t, 27>> neighbours_;  // per occupied brick, x slowest: slots, or -1
-  std::vector<float> fill_, density_;       // per occupied brick kBrickCorners
-  std::vector<std::uint32_t> kind_;         // per occupied brick eight words
+  std::vector<float> fill_, density_;                     // per occupied brick kBrickCorners
+  std::vector<std::uint32_t> kind_;                       // per occupied brick eight words
   std::vector<std::uint32_t> gradient_at_;  // per occupied brick: its place in gradient_, or kNone
   std::vector<float> gradient_;             // 1/m, per brick that the surface crosses 3 x kBrickCorners
   std::vector<float> tile_;                 // per brick that holds particles kFieldTile

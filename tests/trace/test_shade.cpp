@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What shading asks of many points at once, against the same asked of one: of every particle in double, of the
-// scalar code of src/render, and packets of rays against the stream.
+// What shading asks of many points at once, against the same asked of one: of every particle in double, of
+// the scalar code of src/render, and packets of rays against the stream.
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
@@ -35,8 +35,7 @@ struct Scene {
 
 float uniform(std::uint64_t a, std::uint64_t b) { return uniform_float(hash_keys(a, b)); }
 Vec3f uniform_vector(std::uint64_t key, std::uint64_t i) {
-  return Vec3f(uniform(key, 3 * i), uniform(key, 3 * i + 1), uniform(key, 3 * i + 2)) -
-         Vec3f::Constant(0.5f);
+  return Vec3f(uniform(key, 3 * i), uniform(key, 3 * i + 1), uniform(key, 3 * i + 2)) - Vec3f::Constant(0.5f);
 }
 
 // Camera rays onto the scene, 8 x 8 pixels after 8 x 8 pixels, as the preview has them.
@@ -47,7 +46,8 @@ RayStream camera_rays(const Scene& scene, const Vec3& world_eye, int side, doubl
   for (int block = 0; block < side * side / 64; ++block) {
     for (int k = 0; k < 64; ++k) {
       const int x = block % (side / 8) * 8 + k % 8, y = block / (side / 8) * 8 + k / 8;
-      const Vec3 d = forward + wide * ((2 * (x + 0.5) / side - 1) * right + (2 * (y + 0.5) / side - 1) * down);
+      const Vec3 d =
+          forward + wide * ((2 * (x + 0.5) / side - 1) * right + (2 * (y + 0.5) / side - 1) * down);
       rays.push(eye.cast<float>(), d.normalized().cast<float>(), kInf);
     }
   }
@@ -61,8 +61,7 @@ std::vector<Vec3f> surface_points(const Scene& scene, const kernels::KernelTable
   std::vector<Vec3f> points;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (rays.hit(i) == kernels::kSurfaceHit) points.push_back(rays.at_hit(i));
-    if (i % 97 == 0)
-      points.push_back(uniform_vector(5, i) * 60 - scene.grid.origin().cast<float>());
+    if (i % 97 == 0) points.push_back(uniform_vector(5, i) * 60 - scene.grid.origin().cast<float>());
   }
   return points;
 }
@@ -205,9 +204,9 @@ TEST_CASE("points that may glint are all that have a facet, and few others") {
   }
   const VectorColumns at = columns_of(local), n = columns_of(smooth), o = columns_of(back),
                       l = columns_of(light);
-  const kernels::GlintView view{id.data(), {turn[0].data(), turn[1].data(), turn[2].data()},
-                                at.view(), n.view(),
-                                o.view(),  l.view(),
+  const kernels::GlintView view{id.data(),    {turn[0].data(), turn[1].data(), turn[2].data()},
+                                at.view(),    n.view(),
+                                o.view(),     l.view(),
                                 chord.data(), footprint.data()};
   for (const auto* table : supported_kernels()) {
     std::vector<std::uint8_t> glints(kPoints);
@@ -219,12 +218,13 @@ TEST_CASE("points that may glint are all that have a facet, and few others") {
                   half = turned * (back[i] + light[i]).normalized();
       const float deep = facets.radius(), wide = std::max(std::min(footprint[i], facets.cell()), deep);
       bool shines = false;
-      facets.near(id[i], p, Vec3f::Constant(wide), half, kChord + kLight, [&](const Vec3f& place, const Vec3f& facet) {
-        const Vec3f off = place - p;
-        const float depth = off.dot(normal), aside2 = off.squaredNorm() - depth * depth;
-        shines = shines || ((facet - half).norm() < kChord + kLight &&
-                            aside2 * (deep / wide) * (deep / wide) + depth * depth < deep * deep);
-      });
+      facets.near(id[i], p, Vec3f::Constant(wide), half, kChord + kLight,
+                  [&](const Vec3f& place, const Vec3f& facet) {
+                    const Vec3f off = place - p;
+                    const float depth = off.dot(normal), aside2 = off.squaredNorm() - depth * depth;
+                    shines = shines || ((facet - half).norm() < kChord + kLight &&
+                                        aside2 * (deep / wide) * (deep / wide) + depth * depth < deep * deep);
+                  });
       shines = shines && smooth[i].dot(back[i]) > 0 && smooth[i].dot(light[i]) > 0;
       shining += shines, said += glints[i] != 0;
       INFO(table->isa << ", point " << i);
@@ -244,7 +244,8 @@ TEST_CASE("many pixels look where one does") {
   image.width = 67, image.height = 41;
   const CameraRays rays(camera, image);
   std::vector<std::int32_t> x, y;
-  for (int k = 0; k < image.width * image.height; ++k) x.push_back(k % image.width), y.push_back(k / image.width);
+  for (int k = 0; k < image.width * image.height; ++k)
+    x.push_back(k % image.width), y.push_back(k / image.width);
   for (const auto* table : supported_kernels()) {
     VectorColumns directions;
     directions.resize(x.size());
