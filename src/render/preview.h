@@ -3,7 +3,9 @@
 // shadow ray to the middle of each sun and lamp, and estimates for the rest, a tile of pixels at a time:
 //
 //   camera rays -> what they meet (mirrors and glass send them on) -> snow below and before each point
-//               -> shadow rays -> shading -> film
+//               -> shadow rays -> shading -> picture
+//
+// All points of a tile go together, as columns, through the kernels of rays and of shading.
 //
 // * Snow is a flat layer of what lies below the point, along the normal (snow_layer.h): it reflects light
 //   from before it and lets through, tinted, light from behind. Exact in the limit of a flat layer many
