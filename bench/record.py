@@ -39,6 +39,8 @@ RUNS = {
     "trace, ball of wide balls": ["trace", "--radius", "1.0"],
     "trace, slab": ["trace", "--shape", "slab"],
     "trace, 5M": ["trace", "--particles", "5000000"],
+    "preview, ball": ["preview"],
+    "preview, slab": ["preview", "--shape", "slab"],
 }
 
 

@@ -86,6 +86,18 @@ TRACE_HEAD = ["run", "tracer", "build, ms", "primary, M rays/s", "shadow", "diff
               "interactive frame, ms", "bytes a particle"]
 
 
+def preview_rows(runs):
+    for name, run in runs.items():
+        if "frames_per_second_still" in run:
+            yield [name, *(f"{run['ms'][key]:.1f}" for key in PREVIEW_KEYS), f"{run['frames_per_second_still']:.1f}",
+                   f"{run['frames_per_second_moving']:.1f}"]
+
+
+PREVIEW_KEYS = ["grid", "field", "primary", "shadow", "shade", "frame_still", "frame_moving"]
+PREVIEW_HEAD = ["run", "grid, ms", "field", "primary", "shadow", "shade", "frame, snow stands still", "frame, snow moves",
+                "frames/s, still", "frames/s, moving"]
+
+
 def command_rows(runs):
     for name, run in runs.items():
         dt = f"{1e6 * run['dt']:.3g} µs" if "dt" in run else ""
@@ -99,7 +111,8 @@ def section(results):
                     f"{1e-9 * run['memory_bandwidth']:.0f} GB/s." for run in runs.values() if "memory_bandwidth" in run)
     parts = [f"### {machine['cpu']}, {machine['cores']} cores\n\nCompiler: {', '.join(compilers)}.{peaks}\n\n"]
     for head, rows in [(KERNEL_HEAD, kernel_rows(runs)), (SVD_HEAD, svd_rows(runs)), (STEP_HEAD, step_rows(runs)),
-                       (["ratio", ""], ratio_rows(runs)), (TRACE_HEAD, trace_rows(runs))]:
+                       (["ratio", ""], ratio_rows(runs)), (TRACE_HEAD, trace_rows(runs)),
+                       (PREVIEW_HEAD, preview_rows(runs))]:
         if rows := list(rows):
             parts.append(table(head, rows))
     parts.append(table(["run", "command", "dt", "commit"], command_rows(runs), column="---"))

@@ -14,9 +14,10 @@ constexpr const char* kIsaName = "base";
 
 MpmKernels mpm_kernels();      // kernels/mpm/table.cpp
 TraceKernels trace_kernels();  // kernels/trace/table.cpp
+ShadeKernels shade_kernels();  // kernels/shade/table.cpp
 
 const KernelTable& table() {
-  static const KernelTable kTable{kIsaName, mpm_kernels(), trace_kernels()};
+  static const KernelTable kTable{kIsaName, mpm_kernels(), trace_kernels(), shade_kernels()};
   return kTable;
 }
 

@@ -3,6 +3,7 @@
 // above passes it down by reference: nothing outside kernels/ names an instruction set.
 #pragma once
 #include "kernels/mpm/table.h"
+#include "kernels/shade/table.h"
 #include "kernels/trace/table.h"
 
 namespace firn::kernels {
@@ -11,6 +12,7 @@ struct KernelTable {
   const char* isa;     // "base", "x86-64-v3", "x86-64-v4"
   MpmKernels mpm;      // particles <-> grid
   TraceKernels trace;  // rays <-> particles
+  ShadeKernels shade;  // points of the snow's surface
 };
 
 namespace isa_base {

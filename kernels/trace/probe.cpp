@@ -26,6 +26,10 @@ void probe(const TraceGrid& grid, const float* field, const ProbeView& probes, f
     const Ints brick = ((cell[0] >> 2) * grid.bricks[1] + (cell[1] >> 2)) * grid.bricks[2] + (cell[2] >> 2);
     const Ints slot = gather(grid.slot, brick, inside);
     inside = inside & !less(slot, splat_int(0));
+    if (!any(inside)) {  // before the snow, where half of all points are
+      store_first(value + i, count, splat(0));
+      continue;
+    }
     const Ints first = slot * kBrickCorners + (cell[0] & 3) * (kCornerSide * kCornerSide) +
                        (cell[1] & 3) * kCornerSide + (cell[2] & 3);
     Floats corner[8];

@@ -1,13 +1,26 @@
 // SPDX-License-Identifier: MIT
-// Particles -> corners: each adds its amount to the 3x3x3 corners around it, by P2G's weights. The weights of
-// a register of particles at a time, then their rows one after another, in the order of the particles.
+// Particles -> tiles of corners -> corners. Each particle adds its amount to the 3x3x3 corners around it, by
+// P2G's weights: those of a register of particles at a time, then their rows one after another, in the order
+// of the particles. Then each brick sums the tiles that reach its corners. Rows are read and written whole,
+// eight corners each, whichever of them a particle reaches: a read that overlaps the write before it by half
+// would have to wait for the cache.
 #include "kernels/simd/lanes.h"
 #include "kernels/trace/table.h"
 
 namespace firn::kernels::FIRN_ISA {
 
 namespace {
-typedef float Row __attribute__((vector_size(16)));  // of corners along z, in every instruction set
+// Corners along z, in every instruction set.
+typedef float Row __attribute__((vector_size(4 * kFieldTileRow)));
+typedef std::int32_t RowPlaces __attribute__((vector_size(4 * kFieldTileRow)));
+constexpr RowPlaces kPlaces = {0, 1, 2, 3, 4, 5, 6, 7};
+
+FIRN_INLINE Row load_row(const float* p) {
+  Row row;
+  __builtin_memcpy(&row, p, sizeof row);
+  return row;
+}
+FIRN_INLINE void store_row(float* p, Row row) { __builtin_memcpy(p, &row, sizeof row); }
 
 // f: from the middle corner, cells, in [-1/2, 1/2].
 FIRN_INLINE void spline(Floats f, Floats w[3]) {
@@ -19,7 +32,7 @@ FIRN_INLINE void spline(Floats f, Floats w[3]) {
 // What each particle adds: by the corners' places along x and y, and along z.
 struct Weights {
   alignas(64) float xy[9][kLanes], z[3][kLanes];
-  alignas(64) std::int32_t first[kLanes];  // corner, in the tile
+  alignas(64) std::int32_t row[kLanes], place[kLanes];  // the first row in the tile, and the place in it
 };
 
 FIRN_INLINE void weigh(const TraceGrid& grid, const int first[3], std::uint32_t begin, int count,
@@ -40,7 +53,8 @@ FIRN_INLINE void weigh(const TraceGrid& grid, const int first[3], std::uint32_t 
     for (int j = 0; j < 3; ++j) store(out.xy[3 * i + j], wx * w[1][j]);
     store(out.z[i], w[2][i]);
   }
-  store(out.first, (base[0] * kFieldTileSide + base[1]) * kFieldTileRow + base[2]);
+  store(out.row, (base[0] * kFieldTileSide + base[1]) * kFieldTileRow);
+  store(out.place, base[2]);
 }
 }  // namespace
 
@@ -51,17 +65,50 @@ void splat(const TraceGrid& grid, const int first[3], std::uint32_t begin, std::
     const int count = static_cast<int>(end - s < kLanes ? end - s : kLanes);
     weigh(grid, first, s, count, amount, w);
     for (int lane = 0; lane < count; ++lane) {
-      const Row wz = {w.z[0][lane], w.z[1][lane], w.z[2][lane], 0};
-      float* corners = tile + w.first[lane];
+      const Row three = {w.z[0][lane], w.z[1][lane], w.z[2][lane]};
+      const RowPlaces from = (kPlaces - w.place[lane]) & (kFieldTileRow - 1);
+      const Row wz = __builtin_shuffle(three, from);
+      float* rows = tile + w.row[lane];
 #pragma GCC unroll 9
       for (int k = 0; k < 9; ++k) {
-        float* at = corners + (k / 3 * kFieldTileSide + k % 3) * kFieldTileRow;
-        Row row;
-        __builtin_memcpy(&row, at, sizeof row);
-        row += w.xy[k][lane] * wz;
-        __builtin_memcpy(at, &row, sizeof row);
+        float* at = rows + (k / 3 * kFieldTileSide + k % 3) * kFieldTileRow;
+        store_row(at, load_row(at) + w.xy[k][lane] * wz);
       }
     }
+  }
+}
+
+void sum_tiles(const float* const tiles[27], float* corners) {
+  Row sum[kCornerSide][kCornerSide];
+  for (int x = 0; x < kCornerSide; ++x) {
+    for (int y = 0; y < kCornerSide; ++y) {
+      sum[x][y] = Row{};
+      __builtin_memcpy(&sum[x][y], corners + (x * kCornerSide + y) * kCornerSide, 4 * kCornerSide);
+    }
+  }
+  const Row zero = {};
+  for (int k = 0; k < 27; ++k) {
+    if (tiles[k] == nullptr) continue;
+    const int step[3] = {k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1};
+    int low[2], high[2];  // of the brick's corners that the tile reaches
+    for (int a = 0; a < 2; ++a) {
+      low[a] = step[a] > 0 ? kBrickCells - 1 : 0;
+      high[a] = step[a] < 0 ? 1 : kBrickCells;
+    }
+    // Which of its row each corner gets; the last is not used by particles.
+    const RowPlaces from = step[2] < 0    ? RowPlaces{5, 6, 8, 8, 8, 8, 8, 8}
+                           : step[2] == 0 ? RowPlaces{1, 2, 3, 4, 5, 8, 8, 8}
+                                          : RowPlaces{8, 8, 8, 0, 1, 8, 8, 8};
+    for (int x = low[0]; x <= high[0]; ++x) {
+      for (int y = low[1]; y <= high[1]; ++y) {
+        const int row = (x - kBrickCells * step[0] + 1) * kFieldTileSide + y - kBrickCells * step[1] + 1;
+        sum[x][y] += __builtin_shuffle(load_row(tiles[k] + row * kFieldTileRow), zero, from);
+      }
+    }
+  }
+  for (int x = 0; x < kCornerSide; ++x) {
+    for (int y = 0; y < kCornerSide; ++y)
+      __builtin_memcpy(corners + (x * kCornerSide + y) * kCornerSide, &sum[x][y], 4 * kCornerSide);
   }
 }
 

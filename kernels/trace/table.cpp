@@ -12,8 +12,13 @@ void occluded(const TraceGrid&, const RayView&, std::size_t, std::size_t);      
 
 void occluded_coherent(const TraceGrid&, const RayView&, std::size_t, std::size_t);              // packet.cpp
 void splat(const TraceGrid&, const int[3], std::uint32_t, std::uint32_t, const float*, float*);  // splat.cpp
+void sum_tiles(const float* const[27], float*);                                                  // splat.cpp
 void surface_closest(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t, std::size_t);
 void surface_occluded(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t, std::size_t);
+void surface_closest_coherent(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t,
+                              std::size_t);  // surface_packet.cpp
+void surface_occluded_coherent(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t,
+                               std::size_t);  // surface_packet.cpp
 void collide(const TraceGrid&, const MediumField&, const RayView&, const std::uint64_t*, const float*,
              std::size_t,
              std::size_t);  // medium.cpp
@@ -24,8 +29,21 @@ void probe(const TraceGrid&, const float*, const ProbeView&, float, std::size_t,
            float*);  // probe.cpp
 
 TraceKernels trace_kernels() {
-  return {extent, cell_codes,      closest,          closest_coherent, occluded, occluded_coherent,
-          splat,  surface_closest, surface_occluded, collide,          wander,   probe};
+  return {extent,
+          cell_codes,
+          closest,
+          closest_coherent,
+          occluded,
+          occluded_coherent,
+          splat,
+          sum_tiles,
+          surface_closest,
+          surface_occluded,
+          surface_closest_coherent,
+          surface_occluded_coherent,
+          collide,
+          wander,
+          probe};
 }
 
 }  // namespace firn::kernels::FIRN_ISA

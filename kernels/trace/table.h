@@ -161,12 +161,20 @@ struct TraceKernels {
   // (the quadratic B-spline). They lie in the brick whose first cell is `first`; tile: kFieldTile.
   void (*splat)(const TraceGrid&, const int first[3], std::uint32_t begin, std::uint32_t end,
                 const float* amount, float* tile) = nullptr;
+  // Adds to the corners of a brick (kBrickCorners) what the tiles of the 27 bricks around it (x slowest;
+  // null: none) hold there, in that order.
+  void (*sum_tiles)(const float* const tiles[27], float* corners) = nullptr;
   // As `closest` and `occluded`, but against the surface of the snow too, where the ray enters it: `hit` is
   // kSurfaceHit there. Balls of radius -1 are none.
   void (*surface_closest)(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t begin,
                           std::size_t end) = nullptr;
   void (*surface_occluded)(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t begin,
                            std::size_t end) = nullptr;
+  // The same to rounding, faster where neighbours in the columns start near one another and go the same way.
+  void (*surface_closest_coherent)(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t begin,
+                                   std::size_t end) = nullptr;
+  void (*surface_occluded_coherent)(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t begin,
+                                    std::size_t end) = nullptr;
   // How far each ray gets through the snow, by delta tracking with a majorant a cell (Woodcock 1965): `hit`
   // is the class of the cell where it collided (and kInThickSnow), or kNoHit where it passed. Rays may start
   // in the snow. key: one per ray; its random numbers are hashes of the key and of how many it has drawn.

@@ -62,11 +62,11 @@ AmbientLight::Harmonics AmbientLight::project(Radiance&& radiance) {
 }
 
 AmbientLight::AmbientLight(const LightSet& lights)
-    : sky_(project([&lights](const Vec3f& d) { return lights.sky(d); })), around_(sky_) {}
+    : sky_(lobes_of(project([&lights](const Vec3f& d) { return lights.sky(d); }))), lobes_(sky_) {}
 
 void AmbientLight::look_around(const World& world, const Vec3f& p) {
-  around_ = sky_;
-  if (!world.objects.empty()) around_ = project([&](const Vec3f& d) { return seen(world, p, d); });
+  lobes_ = sky_;
+  if (!world.objects.empty()) lobes_ = lobes_of(project([&](const Vec3f& d) { return seen(world, p, d); }));
 }
 
 // Lamps light by themselves; here they are dark.
@@ -95,12 +95,21 @@ Vec3f AmbientLight::seen(const World& world, const Vec3f& p, const Vec3f& d) con
   return surface.albedo.cwiseProduct(sum) / kPi;
 }
 
-// A cosine lobe leaves pi, 2/3 pi and 1/4 pi of the orders.
-Vec3f AmbientLight::irradiance_of(const Harmonics& light, const Vec3f& n) {
+// pi, 2/3 pi and 1/4 pi of the orders.
+AmbientLight::Lobes AmbientLight::lobes_of(const Harmonics& light) {
+  Lobes lobes;
+  for (std::size_t i = 0; i < light.size(); ++i) {
+    const float left = i == 0 ? kPi : i < 4 ? 2.f / 3 * kPi : 0.25f * kPi;
+    lobes[i] << left * light[i].array(), 0;
+  }
+  return lobes;
+}
+
+Vec3f AmbientLight::irradiance_of(const Lobes& light, const Vec3f& n) {
   const auto basis = harmonics(n);
-  Vec3f sum = kPi * basis[0] * light[0];
-  for (std::size_t i = 1; i < basis.size(); ++i) sum += (i < 4 ? 2.f / 3 : 0.25f) * kPi * basis[i] * light[i];
-  return sum.cwiseMax(0.f);
+  Eigen::Array4f sum = basis[0] * light[0];
+  for (std::size_t i = 1; i < basis.size(); ++i) sum += basis[i] * light[i];
+  return sum.max(0.f).head<3>().matrix();
 }
 
 }  // namespace firn

@@ -21,16 +21,18 @@ class AmbientLight {
   void look_around(const World& world, const Vec3f& p);
 
   // On a plane of unit normal n, from its front.
-  Vec3f irradiance(const Vec3f& n) const { return irradiance_of(around_, n); }
+  Vec3f irradiance(const Vec3f& n) const { return irradiance_of(lobes_, n); }
 
  private:
   using Harmonics = std::array<Vec3f, 9>;
+  using Lobes = std::array<Eigen::Array4f, 9>;  // what a cosine lobe leaves of them; the fourth is empty
   template <class Radiance>
   static Harmonics project(Radiance&& radiance);
-  static Vec3f irradiance_of(const Harmonics& light, const Vec3f& n);
+  static Lobes lobes_of(const Harmonics& light);
+  static Vec3f irradiance_of(const Lobes& light, const Vec3f& n);
   Vec3f seen(const World& world, const Vec3f& p, const Vec3f& d) const;
 
-  Harmonics sky_, around_;
+  Lobes sky_, lobes_;
 };
 
 }  // namespace firn

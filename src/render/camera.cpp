@@ -94,6 +94,13 @@ CameraRay CameraRays::middle_ray(int x, int y) const {
   return {eye_.cast<float>(), through.normalized().cast<float>()};
 }
 
+kernels::Pinhole CameraRays::pinhole() const {
+  kernels::Pinhole pinhole{{}, {}, {}, {center_x_, center_y_}, pixel_};
+  for (int a = 0; a < 3; ++a)
+    pinhole.forward[a] = forward_[a], pinhole.right[a] = right_[a], pinhole.down[a] = down_[a];
+  return pinhole;
+}
+
 bool CameraRays::see(const Vec3f& p, Sample2 lens, CameraSight& out) const {
   const Vec3 start = lens_point(lens), away = p.cast<double>() - start;
   const double depth = away.dot(forward_);

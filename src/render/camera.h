@@ -3,6 +3,7 @@
 // the camera by itself. A pinhole, or a thin lens that is sharp in one plane. Both ways place a point of the
 // lens evenly on its disc, so that the lens' own density is the same for all strategies and cancels.
 #pragma once
+#include "kernels/shade/table.h"
 #include "src/geometry/keyframes.h"
 #include "src/render/filter.h"
 #include "src/render/sampler.h"
@@ -35,8 +36,10 @@ class CameraRays {
   // Through pixel (x, y), displaced within the pixel filter by `film`, from a point of the lens.
   CameraRay ray(int x, int y, Sample2 film, Sample2 lens) const;
 
-  // Through the middle of a pixel, from the middle of the lens.
+  // Through the middle of a pixel, from the middle of the lens. Many at once: ShadeKernels::sights.
   CameraRay middle_ray(int x, int y) const;
+  Vec3f eye() const { return eye_.cast<float>(); }  // render space
+  kernels::Pinhole pinhole() const;
 
   // The sight of the camera's lens from p (render space). False if p is not in the picture: behind the
   // camera, or farther off the film than the pixel filter reaches.

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "kernels/shade/table.h"
 #include "src/core/rng.h"
 #include "src/core/vector.h"
 #include "src/render/setup.h"
@@ -24,6 +25,12 @@ class FacetField {
   float cell() const { return cell_; }      // m
   // Facet area a m^2 of surface, of those that face outward; times 1 / 2 pi: the microfacet density.
   float coverage() const { return coverage_; }
+
+  // For ShadeKernels::may_glint: facets whose normals fill a cone of this chord, spread along the surface to
+  // `widest` m at most.
+  kernels::FacetCells cells(float chord, float widest) const {
+    return {radius_, cell_, inv_cell_, chord, side_, step_, mean_, none_, widest};
+  }
 
   // Calls visit(place, normal) for all facets of the particle with a place within `box` of `at` (m, its
   // frame) and a normal within the distance `chord` of the unit vector `half`, and for some others.

@@ -8,22 +8,27 @@ constexpr std::uint64_t kOtherMedia = 0x6d656469612e2e2eull;  // a stream of ran
 
 }  // namespace
 
-void Flights::find_surface(RayStream& rays, bool first) const {
+void Flights::find_surface(RayStream& rays, bool coherent) const {
   if (world_.grid.size() == 0) return;
+  const kernels::TraceKernels& with = world_.kernels;
   if (world_.image.snow == SnowShape::smooth) {
-    world_.kernels.surface_closest(world_.field.view(), world_.field.surface(), rays.view(), 0, rays.size());
+    const auto closest = coherent ? with.surface_closest_coherent : with.surface_closest;
+    closest(world_.field.view(), world_.field.surface(), rays.view(), 0, rays.size());
   } else {
-    const auto closest = first ? world_.kernels.closest_coherent : world_.kernels.closest;
+    const auto closest = coherent ? with.closest_coherent : with.closest;
     closest(world_.grid.view(), rays.view(), 0, rays.size());
   }
 }
 
-void Flights::find_shadow(RayStream& rays) const {
+void Flights::find_shadow(RayStream& rays, bool coherent) const {
   if (world_.grid.size() == 0) return;
+  const kernels::TraceKernels& with = world_.kernels;
   if (world_.image.snow == SnowShape::smooth) {
-    world_.kernels.surface_occluded(world_.field.view(), world_.field.surface(), rays.view(), 0, rays.size());
+    const auto occluded = coherent ? with.surface_occluded_coherent : with.surface_occluded;
+    occluded(world_.field.view(), world_.field.surface(), rays.view(), 0, rays.size());
   } else {
-    world_.kernels.occluded(world_.grid.view(), rays.view(), 0, rays.size());
+    const auto occluded = coherent ? with.occluded_coherent : with.occluded;
+    occluded(world_.grid.view(), rays.view(), 0, rays.size());
   }
 }
 

@@ -68,11 +68,12 @@ class Flights {
   void fly(RayStream& rays, const RayMarks& marks, bool first, std::vector<Arrival>& arrivals,
            LitCollisions& lit);
 
-  // The snow's surface before the rays' reach, as rays.hit and t.
-  void find_surface(RayStream& rays, bool first) const;
+  // The snow's surface before the rays' reach, as rays.hit and t. `coherent`: neighbours are neighbours in
+  // space.
+  void find_surface(RayStream& rays, bool coherent) const;
 
-  // Whether it lies there: rays.hit is 0 or kNoHit.
-  void find_shadow(RayStream& rays) const;
+  // Whether it lies there: rays.hit is 0 or kNoHit. `coherent`: neighbours are neighbours in space.
+  void find_shadow(RayStream& rays, bool coherent = false) const;
 
   // What comes through of each ray up to its reach: 0 or 1 by objects and the snow (there by chance: on
   // average it is the transmittance), times that of other media.

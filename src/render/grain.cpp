@@ -10,6 +10,7 @@ namespace {
 
 constexpr float kSlope = 0.16f;             // of each octave
 constexpr float kCoarse = 2.2f, kFine = 6;  // lattice points a spacing
+constexpr float kFacing = 0.02f;            // of a normal to the viewer, at least
 
 // Three values in [-1, 1] at a lattice point.
 Vec3f lattice_value(std::uint64_t key, int x, int y, int z) {
@@ -40,9 +41,12 @@ Vec3f value_noise(const Vec3f& p, std::uint64_t key) {
 
 }  // namespace
 
-Vec3f grain_slope(const Vec3f& local, std::uint32_t id) {
+Vec3f grained(const Vec3f& smooth, const Vec3f& local, std::uint32_t id, const Vec3f& back) {
   const std::uint64_t key = mix64(id);
-  return kSlope * (value_noise(kCoarse * local, key) + value_noise(kFine * local, ~key));
+  const Vec3f slope = kSlope * (value_noise(kCoarse * local, key) + value_noise(kFine * local, ~key));
+  const Vec3f normal = (smooth + slope).normalized();
+  const float facing = normal.dot(back);
+  return facing < kFacing ? Vec3f((normal + (kFacing - facing) * back).normalized()) : normal;
 }
 
 }  // namespace firn

@@ -9,7 +9,9 @@
 
 namespace firn {
 
-// To be added to a unit normal. `local`: from the particle's centre, in particle spacings.
-Vec3f grain_slope(const Vec3f& local, std::uint32_t id);
+// The unit normal `smooth` with grain. `local`: from the particle's centre, in particle spacings. back: unit,
+// towards the viewer: a normal that looks away from him is turned until it sees him edge on. Many at once:
+// ShadeKernels::grain.
+Vec3f grained(const Vec3f& smooth, const Vec3f& local, std::uint32_t id, const Vec3f& back);
 
 }  // namespace firn

@@ -75,6 +75,8 @@ class LightSet {
   // A light, chosen by its power, and a ray that it sends out. False if there is no light.
   bool emit(float choice, Sample2 place, Sample2 direction, Emission& out) const;
 
+  bool any_lamps() const { return !lamps_.empty(); }  // quads, balls, objects that glow
+
   // The nearest quad or ball that a ray meets before `t`, which is shortened.
   bool hit(const Vec3f& o, const Vec3f& d, float& t, LightHit& out) const;
 

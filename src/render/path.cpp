@@ -155,13 +155,9 @@ void TilePaths::become_surface(Vertex& vertex, std::size_t ray, const Subpath& s
   const Vec3f from_center = vertex.p - view_.grid.center(sorted);
   const Vec3f smooth =
       ball ? Vec3f(from_center / view_.grid.radius(sorted)) : view_.field.normal(vertex.p, vertex.back);
-  Vec3f normal = (smooth + grain_slope(from_center / spacing, view_.snapshot.id[particle])).normalized();
-  // A normal that looks away from the viewer is turned until it sees him edge on.
-  const float facing = normal.dot(vertex.back);
-  if (facing < 0.02f) normal = (normal + (0.02f - facing) * vertex.back).normalized();
   vertex.on_surface = true;
   vertex.surface.kind = SurfaceKind::diffuse;
-  vertex.surface.normal = normal;
+  vertex.surface.normal = grained(smooth, from_center / spacing, view_.snapshot.id[particle], vertex.back);
   vertex.surface.albedo = view_.grains.of(view_.snapshot.object[particle], false).layer;
   const Sample2 at = paths_[subpath.path].random.pair(kLinks + pair_of(subpath.vertices, kEmergence));
   const Disc aside = on_circle(kAside * spacing * std::sqrt(at.u), at.v);

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "kernels/shade/table.h"
 #include "src/render/camera.h"
 #include "src/render/film.h"
 #include "src/render/flights.h"
@@ -28,6 +29,7 @@ namespace firn {
 // All that the paths of a frame read.
 struct View {
   const World& world;
+  const kernels::ShadeKernels& shade;
   const CameraRays& camera;
   const RenderGrid& grid;
   const SnowField& field;

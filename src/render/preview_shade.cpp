@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "src/render/directions.h"
 #include "src/render/preview.h"
@@ -28,6 +29,9 @@ float ramp(float cosine, float soft) {
   return cosine <= -soft ? 0 : (cosine + soft) * (cosine + soft) / (4 * soft);
 }
 
+// Half the angle that a light fills, as a disc.
+float cone_of(const LightSample& light) { return 1 / std::sqrt(kPi * light.pdf); }
+
 }  // namespace
 
 void PreviewTile::probe() {
@@ -45,38 +49,39 @@ void PreviewTile::probe() {
   measure_columns();
 }
 
-// From probe to probe deeper, until all columns have ended or are deep.
+// From probe to probe deeper, until all columns have ended or are deep; those that go on move up.
 void PreviewTile::measure_columns() {
   const float cell = view_.grid.view().cell;
   const kernels::ProbeView probes{{probe_from_[0].data(), probe_from_[1].data(), probe_from_[2].data()},
                                   {probe_down_[0].data(), probe_down_[1].data(), probe_down_[2].data()}};
-  open_.clear(), ends_.clear();
+  std::size_t left = 0;
+  const auto keep = [&](std::size_t from, std::uint32_t point) {
+    for (int a = 0; a < 3 && left < from; ++a) {
+      probe_from_[a][left] = probe_from_[a][from];
+      probe_down_[a][left] = probe_down_[a][from];
+    }
+    open_[left++] = point;
+  };
+  open_.resize(points_.size()), ends_.clear();
   for (std::size_t k = 0; k < points_.size(); ++k) {
-    if (points_[k].snow()) open_.push_back(static_cast<std::uint32_t>(k));
+    if (points_[k].snow()) keep(k, static_cast<std::uint32_t>(k));
   }
   float done = 0;  // cells that the probes before stand for
-  for (std::size_t step = 0; step < std::size(kBelow) && !open_.empty(); ++step) {
-    view_.field.probe_density(probes, kBelow[step] * cell, points_.size(), density_.data());
-    std::size_t left = 0;
-    for (const std::uint32_t k : open_) {
-      Point& point = points_[k];
-      if (!(density_[k] > least_density(point))) {
-        ends_.push_back({k, step > 0 ? kBelow[step - 1] : 0, kBelow[step], done});
+  for (std::size_t step = 0; step < std::size(kBelow) && left > 0; ++step) {
+    const std::size_t count = std::exchange(left, 0);
+    view_.field.probe_density(probes, kBelow[step] * cell, count, density_.data());
+    for (std::size_t k = 0; k < count; ++k) {
+      Point& point = points_[open_[k]];
+      if (!(density_[k] > kEnds * point.placed)) {
+        ends_.push_back({open_[k], step > 0 ? kBelow[step - 1] : 0, kBelow[step], done});
         continue;
       }
       point.column += density_[k] * kStands[step] * cell;
-      if (layers_.transport_depth(point.object, point.column) < kDeep) open_[left++] = k;
+      if (layers_.transport_depth(point.object, point.column) < kDeep) keep(k, open_[k]);
     }
-    open_.resize(left);
     done += kStands[step];
   }
   find_ends();
-}
-
-// kg/m^3: below, there is no snow any more.
-float PreviewTile::least_density(const Point& point) const {
-  const std::size_t look = std::min<std::size_t>(point.object, view_.setup.snow.size() - 1);
-  return kEnds * static_cast<float>(view_.setup.snow[look].density);
 }
 
 // Halves what lies between the last probe in a column and the first beyond it, and mends the column.
@@ -96,7 +101,7 @@ void PreviewTile::find_ends() {
     for (std::size_t e = 0; e < count; ++e) {
       End& end = ends_[e];
       const float middle = 0.5f * (end.within + end.beyond);
-      (density_[e] > least_density(points_[end.point]) ? end.within : end.beyond) = middle;
+      (density_[e] > kEnds * points_[end.point].placed ? end.within : end.beyond) = middle;
     }
   }
   for (const End& end : ends_) {
@@ -124,9 +129,7 @@ void PreviewTile::prepare() {
   const auto spacing = static_cast<float>(view_.grid.spacing());
   for (Point& point : points_) {
     if (!point.snow()) continue;
-    const std::size_t look = std::min<std::size_t>(point.object, view_.setup.snow.size() - 1);
-    const auto density = static_cast<float>(view_.setup.snow[look].density);
-    point.column = std::max(point.column, density * spacing);  // a particle, however torn the snow
+    point.column = std::max(point.column, point.placed * spacing);  // a particle, however torn the snow
     point.layer = layers_.of(point.object, point.column);
     point.surface.albedo = point.layer.reflected;
     // A ball of diameter D passes |cos| / (1 + 3/4 D cos^2 / path): half of that at cos = soft / 2.
@@ -134,7 +137,7 @@ void PreviewTile::prepare() {
     point.soft = std::min(2 / std::sqrt(0.75f * depth), kSoftest);
     // As deep as light comes in, so that what it softens is not in the snow's own shadow.
     point.lift =
-        std::min(spacing + 4.f / 3 * layers_.transport_path(point.object, density), kMostLift * spacing);
+        std::min(spacing + 4.f / 3 * layers_.transport_path(point.object, point.placed), kMostLift * spacing);
   }
 }
 
@@ -158,29 +161,27 @@ bool PreviewTile::may_glint(const Point& point, const Vec3f& direction) const {
 }
 
 Vec3f PreviewTile::glint(const Point& point, const LightSample& light) const {
-  if (!may_glint(point, light.direction)) return Vec3f::Zero();
-  const float cone = 1 / std::sqrt(kPi * light.pdf);  // of the light, as a disc
   const float brdf = view_.sparkle.brdf(point.sorted, point.p, point.smooth, point.back, light.direction,
-                                        cone, point.footprint);
+                                        cone_of(light), point.footprint);
   return light.radiance * (brdf * point.smooth.dot(light.direction) / light.pdf);
 }
 
 // False if nothing comes.
 bool PreviewTile::bring(const Point& point, Brings& brings) const {
   const LightSample& light = brings.light;
-  const Vec3f irradiance = light.radiance / light.pdf;
+  const Vec3f irradiance = light.radiance * (1 / light.pdf);
   const float cosine = point.surface.normal.dot(light.direction);
   brings.direct = brings.passed = Vec3f::Zero();
   if (!point.snow()) {
-    if (cosine > 0)
-      brings.direct = evaluate(point.surface, point.back, light.direction).cwiseProduct(irradiance) * cosine;
-  } else {
-    const Vec3f matt = irradiance / kPi;
-    brings.direct = point.layer.reflected.cwiseProduct(matt) * ramp(cosine, point.soft);
-    if (cosine < 0 && point.layer.passed.maxCoeff() > kFaintest)
-      brings.passed = point.layer.passed.cwiseProduct(matt) * -cosine;
+    if (!(cosine > 0)) return false;
+    brings.direct = evaluate(point.surface, point.back, light.direction).cwiseProduct(irradiance) * cosine;
+    return brings.direct.maxCoeff() > 0;
   }
-  return (brings.direct + brings.passed).maxCoeff() > 0 || may_glint(point, light.direction);
+  const float lit = ramp(cosine, point.soft);
+  if (lit > 0) brings.direct = point.layer.reflected.cwiseProduct(irradiance) * (lit / kPi);
+  const bool passes = cosine < 0 && point.layer.passed.maxCoeff() > kFaintest;
+  if (passes) brings.passed = point.layer.passed.cwiseProduct(irradiance) * (-cosine / kPi);
+  return lit > 0 || passes || may_glint(point, light.direction);
 }
 
 void PreviewTile::cast_shadows(int beacon) {
@@ -188,35 +189,87 @@ void PreviewTile::cast_shadows(int beacon) {
   shadow_rays_.clear(), brings_.clear();
   for (std::size_t k = 0; k < points_.size(); ++k) {
     const Point& point = points_[k];
-    Brings brings;
+    Brings& brings = brings_.emplace_back();
     brings.point = static_cast<std::uint32_t>(k);
-    if (!world.lights.middle(beacon, point.p, brings.light) || !bring(point, brings)) continue;
-    brings_.push_back(brings);
+    if (!world.lights.middle(beacon, point.p, brings.light) || !bring(point, brings)) {
+      brings_.pop_back();
+      continue;
+    }
     shadow_rays_.push(point.p + point.lift * point.smooth, brings.light.direction,
                       brings.light.distance * (1 - 1e-4f));
   }
-  Flights(world).find_shadow(shadow_rays_);
+  Flights(world).find_shadow(shadow_rays_, true);
   rays_traced_ += shadow_rays_.size();
 }
 
-void PreviewTile::add_lit() {
+// Which of them come through; drops those that bring nothing then.
+void PreviewTile::find_lit() {
+  std::size_t left = 0;
   for (std::size_t ray = 0; ray < brings_.size(); ++ray) {
-    const Brings& brings = brings_[ray];
+    Brings& brings = brings_[ray];
     const bool snow = shadow_rays_.hit(ray) != kernels::kNoHit;
     if (snow && !(brings.passed.maxCoeff() > 0)) continue;
-    const Vec3f o = shadow_rays_.origin(ray), d = shadow_rays_.direction(ray);
-    float reach = shadow_rays_.t(ray);
-    LightHit lamp;
-    if (view_.world.lights.hit(o, d, reach, lamp) || view_.world.objects.occluded(o, d, reach)) continue;
+    if (!bare_) {
+      const Vec3f o = shadow_rays_.origin(ray), d = shadow_rays_.direction(ray);
+      float reach = shadow_rays_.t(ray);
+      LightHit lamp;
+      if (view_.world.lights.hit(o, d, reach, lamp) || view_.world.objects.occluded(o, d, reach)) continue;
+    }
+    brings.sunlit = !snow;
+    brings_[left++] = brings;
+  }
+  brings_.resize(left);
+}
+
+// Asks all at once which of those that are lit may glint.
+void PreviewTile::find_glints() {
+  snow_.clear();
+  for (std::size_t b = 0; b < brings_.size(); ++b) {
+    const Brings& brings = brings_[b];
+    if (brings.sunlit && may_glint(points_[brings.point], brings.light.direction))
+      snow_.push_back(static_cast<std::uint32_t>(b));
+  }
+  const std::size_t count = snow_.size();
+  for (auto* columns : {&local_, &smooth_, &back_, &light_}) columns->resize(count);
+  for (auto* column : {&light_chord_, &footprint_}) column->resize(count);
+  for (auto& column : turn_) column.resize(count);
+  id_.resize(count), glints_.resize(count);
+  for (std::size_t s = 0; s < count; ++s) {
+    const Brings& brings = brings_[snow_[s]];
+    const Point& point = points_[brings.point];
+    const std::uint32_t particle = view_.grid.snapshot_index(point.sorted);
+    id_[s] = view_.snapshot.id[particle];
+    for (int a = 0; a < 3; ++a) turn_[a][s] = view_.snapshot.turn[a][particle];
+    local_.set(s, point.p - view_.grid.center(point.sorted));
+    smooth_.set(s, point.smooth), back_.set(s, point.back), light_.set(s, brings.light.direction);
+    light_chord_[s] = 0.5f * cone_of(brings.light);
+    footprint_[s] = point.footprint;
+  }
+  const kernels::GlintView glints{id_.data(),          {turn_[0].data(), turn_[1].data(), turn_[2].data()},
+                                  local_.view(),       smooth_.view(),
+                                  back_.view(),        light_.view(),
+                                  light_chord_.data(), footprint_.data()};
+  const auto object = [&](std::size_t s) { return points_[brings_[snow_[s]].point].object; };
+  for (std::size_t begin = 0, end; begin < count; begin = end) {  // runs of one kind of snow
+    for (end = begin + 1; end < count && object(end) == object(begin);) ++end;
+    view_.shade.may_glint(view_.sparkle.cells(object(begin)), glints, begin, end, glints_.data());
+  }
+  for (std::size_t s = 0; s < count; ++s) brings_[snow_[s]].glints = glints_[s] != 0;
+}
+
+void PreviewTile::add_lit() {
+  for (const Brings& brings : brings_) {
     const Point& point = points_[brings.point];
     FilmSample& seen = pixels_[point.pixel].seen;
     const Vec3f passed = point.weight.cwiseProduct(brings.passed);
     seen.subsurface += passed;
     seen.beauty += passed;
-    if (snow) continue;
+    if (!brings.sunlit) continue;
+    seen.beauty += point.weight.cwiseProduct(brings.direct);
+    if (!brings.glints) continue;
     const Vec3f sparkle = point.weight.cwiseProduct(glint(point, brings.light));
     seen.sparkle += sparkle;
-    seen.beauty += point.weight.cwiseProduct(brings.direct) + sparkle;
+    seen.beauty += sparkle;
   }
 }
 

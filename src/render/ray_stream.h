@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Columns of rays, as the trace kernels read them.
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -46,6 +47,15 @@ class RayStream {
     hit_[size_] = kernels::kNoHit;
     ++size_;
   }
+
+  // `count` rays from one point, whose directions are the caller's to fill.
+  void begin(std::size_t count, const Vec3f& origin, float reach) {
+    while (t_.size() < count) size_ = t_.size(), grow();
+    size_ = count;
+    for (int a = 0; a < 3; ++a) std::fill_n(origin_[a].begin(), count, origin[a]);
+    std::fill_n(t_.begin(), count, reach);
+  }
+  float* directions(int a) { return direction_[a].data(); }
 
   std::size_t size() const { return size_; }
   Vec3f origin(std::size_t i) const { return {origin_[0][i], origin_[1][i], origin_[2][i]}; }

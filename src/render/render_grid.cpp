@@ -278,7 +278,9 @@ void RenderGrid::open_lists() {
 void RenderGrid::set_radii(const std::vector<float>& radii) {
   const std::uint32_t inside = brick_start_[brick_start_.size() - 2];
   radius_.resize(order_.size(), view_.max_radius);
-  std::copy(radii.begin(), radii.begin() + inside, radius_.begin());
+  parallel_chunks(inside, kChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+    std::copy(radii.data() + begin, radii.data() + end, radius_.data() + begin);
+  });
   view_.radius = radius_.data();
   empty_unreached_lists();
 }
@@ -286,7 +288,9 @@ void RenderGrid::set_radii(const std::vector<float>& radii) {
 // Only cells that a ball reaches keep the right to a list.
 void RenderGrid::empty_unreached_lists() {
   const std::uint32_t inside = brick_start_[brick_start_.size() - 2];
-  std::fill(list_.begin(), list_.end(), 0u);
+  parallel_chunks(list_.size(), kChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+    std::fill(list_.data() + begin, list_.data() + end, 0u);
+  });
   parallel_chunks(inside, kChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s) {
       const float its = radius(static_cast<std::uint32_t>(s));

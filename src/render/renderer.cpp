@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "src/render/renderer.h"
 
+
 #include <algorithm>
 #include <chrono>
 #include <mutex>
@@ -43,6 +44,7 @@ std::vector<float> denoised(const Film& film) {
 struct Renderer::State {
   State(const kernels::KernelTable& table, RenderSetup given)
       : kernels(table.trace),
+        shade(table.shade),
         setup(std::move(given)),
         camera(setup.camera, setup.image),
         objects(setup.objects, setup.surfaces),
@@ -122,8 +124,8 @@ struct Renderer::State {
     const auto start = Clock::now();
     const World world = this->world();
     const Sparkle sparkle(grid, snapshot, setup.snow);
-    const View view{world, camera, grid, snow, snapshot, setup, tint, grains, sparkle};
-    const int width = film.width(), height = film.height();
+    const View view{world, shade, camera, grid, snow, snapshot, setup, tint, grains, sparkle};
+    const int width = setup.image.width, height = setup.image.height;
     const int across = (width + side - 1) / side, down = (height + side - 1) / side;
     std::atomic<std::uint64_t> rays{0}, turns{0};
     parallel_for(static_cast<std::size_t>(across) * down, 1, [&](std::size_t index) {
@@ -193,14 +195,33 @@ struct Renderer::State {
     return choice;
   }
 
+  // A picture of the film's size with the layers asked for, what is in it undefined.
+  void open_picture(Picture& picture) const {
+    picture.width = setup.image.width;
+    picture.height = setup.image.height;
+    const std::size_t pixels = static_cast<std::size_t>(picture.width) * picture.height;
+    picture.rgb.resize(3 * pixels);
+    picture.layers.clear();
+    for (const Layer layer : setup.layers) {
+      if (layer != Layer::beauty)
+        picture.layers.push_back({layer, std::vector<float>(channels_of(layer) * pixels)});
+    }
+  }
+
   // False if stopped. The world is as it was built last.
-  bool trace_preview(const Snapshot& snapshot, RenderStats& stats, const std::atomic<bool>& stop) {
-    film.begin(setup.image.width, setup.image.height, camera.filter(), content());
+  bool trace_preview(const Snapshot& snapshot, Picture& picture, RenderStats& stats,
+                     const std::atomic<bool>& stop) {
+    stats.mean_samples = 1;
+    open_picture(picture);
     std::mutex adding;
+    // One a thread: fresh memory costs more than what is done with it.
+    PerThread<std::optional<PreviewTile>> painters;
     for_each_tile(snapshot, kTile, stats, [&](const View& view, const Tile& tile) {
       if (stop.load(std::memory_order_relaxed)) return Work{};
       PreviewTimes times;
-      const std::uint64_t rays = PreviewTile(view, ambient, layers).trace(tile, film, times);
+      std::optional<PreviewTile>& painter = painters.mine();
+      if (!painter) painter.emplace(view, ambient, layers);
+      const std::uint64_t rays = painter->trace(tile, picture, times);
       const std::lock_guard lock(adding);
       stats.preview.add(times);
       return Work{rays, 0};
@@ -213,6 +234,14 @@ struct Renderer::State {
   std::uint32_t moments() const {
     const int slices = setup.camera.shutter > 0 ? setup.image.motion_slices : 1;
     return static_cast<std::uint32_t>(std::min(slices, setup.image.samples));
+  }
+
+  // False if stopped.
+  bool preview(const Snapshot& snapshot, Picture& picture, RenderStats& stats,
+               const std::atomic<bool>& stop) {
+    build(snapshot, stats);
+    ambient.look_around(world(), grid.middle());
+    return trace_preview(snapshot, picture, stats, stop);
   }
 
   // The snow as it is at a moment: each particle goes on with its velocity.
@@ -232,11 +261,7 @@ struct Renderer::State {
   // False if stopped.
   bool expose(const Snapshot& snapshot, RenderStats& stats, const std::atomic<bool>& stop) {
     const bool chooses = setup.image.integrator == Integrator::automatic;
-    if (preview() || chooses || moments() == 1) build(snapshot, stats);
-    if (preview()) {
-      ambient.look_around(world(), grid.middle());
-      return trace_preview(snapshot, stats, stop);
-    }
+    if (chooses || moments() == 1) build(snapshot, stats);
     const ImageSettings asked = setup.image;
     stats.choice = chooses ? choose(snapshot, stats, stop) : Choice{asked.integrator, ""};
     const bool finished = gather(snapshot, stats, stop);
@@ -269,7 +294,7 @@ struct Renderer::State {
     };
     FilmContent content;
     content.guides = asked(Layer::albedo) || asked(Layer::normal) || asked(Layer::depth);
-    content.denoise = setup.denoise && !preview();
+    content.denoise = setup.denoise;
     content.sparkle = asked(Layer::sparkle);
     content.subsurface = asked(Layer::subsurface);
     content.splats = ways_of(setup.image).to_camera;
@@ -277,6 +302,7 @@ struct Renderer::State {
   }
 
   const kernels::TraceKernels& kernels;
+  const kernels::ShadeKernels& shade;
   RenderSetup setup;
   CameraRays camera;
   ObjectSet objects;
@@ -304,7 +330,9 @@ bool Renderer::render(const Snapshot& given, Picture& picture, RenderStats& stat
   stats = {};
   const int detail = state_->setup.image.detail;
   const Snapshot finer = detail > 1 ? with_relief(given, detail) : Snapshot{};
-  const bool finished = state_->expose(detail > 1 ? finer : given, stats, stop);
+  const Snapshot& snapshot = detail > 1 ? finer : given;
+  if (state_->preview()) return state_->preview(snapshot, picture, stats, stop);
+  const bool finished = state_->expose(snapshot, stats, stop);
   const Film& film = state_->film;
   stats.mean_samples =
       static_cast<double>(film.samples()) / (static_cast<double>(film.width()) * film.height());
@@ -316,13 +344,10 @@ bool Renderer::render(const Snapshot& given, Picture& picture, RenderStats& stat
 bool Renderer::look_again(const Snapshot& snapshot, const Camera& from, Picture& picture, RenderStats& stats,
                           const std::atomic<bool>& stop) {
   stats = {};
-  stats.mean_samples = 1;
   state_->setup.camera = from;
   state_->camera = CameraRays(from, state_->setup.image);
   state_->camera.place(state_->grid.origin(), snapshot.time);
-  const bool finished = state_->trace_preview(snapshot, stats, stop);
-  picture = state_->film.picture(state_->setup.layers);
-  return finished;
+  return state_->trace_preview(snapshot, picture, stats, stop);
 }
 
 }  // namespace firn

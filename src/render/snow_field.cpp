@@ -27,24 +27,20 @@ constexpr float kLooseRadius = 0.62f, kLone = 0.11f, kCovered = 0.2f, kCoveredRa
 
 }  // namespace
 
-// The slots of the 27 bricks around, SIZE_MAX where none is occupied.
-void SnowField::all_around(std::size_t slot, std::size_t slots[27]) const {
+// Of each occupied brick the slots of the 27 bricks around it, -1 where none is occupied.
+void SnowField::find_neighbours() {
   const kernels::TraceGrid& grid = grid_->view();
-  int p[3];
-  brick_place(grid, grid_->brick_of_slot()[slot], p);
-  for (int k = 0; k < 27; ++k) {
-    const int q[3] = {p[0] + k / 9 - 1, p[1] + k / 3 % 3 - 1, p[2] + k % 3 - 1};
-    bool there = true;
-    for (int a = 0; a < 3; ++a) there = there && q[a] >= 0 && q[a] < grid.bricks[a];
-    const std::int32_t its = there ? grid.slot[brick_index(grid, q[0], q[1], q[2])] : -1;
-    slots[k] = its < 0 ? SIZE_MAX : static_cast<std::size_t>(its);
-  }
-}
-
-std::size_t SnowField::around(std::size_t slot, int k) const {
-  std::size_t slots[27];
-  all_around(slot, slots);
-  return slots[k];
+  neighbours_.resize(grid_->brick_of_slot().size());
+  parallel_for(neighbours_.size(), 64, [&](std::size_t slot) {
+    int p[3];
+    brick_place(grid, grid_->brick_of_slot()[slot], p);
+    for (int k = 0; k < 27; ++k) {
+      const int q[3] = {p[0] + k / 9 - 1, p[1] + k / 3 % 3 - 1, p[2] + k % 3 - 1};
+      bool there = true;
+      for (int a = 0; a < 3; ++a) there = there && q[a] >= 0 && q[a] < grid.bricks[a];
+      neighbours_[slot][k] = there ? std::max(grid.slot[brick_index(grid, q[0], q[1], q[2])], -1) : -1;
+    }
+  });
 }
 
 // Each brick whose particles add something gets a tile.
@@ -67,33 +63,18 @@ void SnowField::splat_bricks(const std::vector<float>& amount) {
   });
 }
 
-// Sums the tiles that reach each brick's corners, always in the same order.
-void SnowField::gather_corners(std::vector<float>& corners, bool add) const {
-  const std::size_t slots = grid_->brick_of_slot().size();
-  parallel_for(slots, 16, [&](std::size_t slot) {
-    float* out = &corners[slot * kBrickCorners];
-    if (!add) std::fill(out, out + kBrickCorners, 0.f);
-    std::size_t others[27];
-    all_around(slot, others);
+// Adds the tiles that reach each brick's corners to them, always in the same order.
+void SnowField::gather_corners(std::vector<float>& corners) const {
+  parallel_for(grid_->brick_of_slot().size(), 16, [&](std::size_t slot) {
+    const float* tiles[27];
+    bool any = false;
     for (int k = 0; k < 27; ++k) {
-      const std::size_t other = others[k];
-      if (other == SIZE_MAX || tile_at_[other] == kNone) continue;
-      const float* tile = &tile_[static_cast<std::size_t>(tile_at_[other]) * kFieldTile];
-      const int step[3] = {k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1};
-      int low[3], high[3];
-      for (int a = 0; a < 3; ++a) {
-        low[a] = step[a] > 0 ? kBrickCells - 1 : 0;
-        high[a] = step[a] < 0 ? 1 : kBrickCells;
-      }
-      for (int x = low[0]; x <= high[0]; ++x) {
-        for (int y = low[1]; y <= high[1]; ++y) {
-          const float* row = tile + field_tile_index(x - kBrickCells * step[0], y - kBrickCells * step[1],
-                                                     -kBrickCells * step[2]);
-          float* to = out + corner_index(x, y, 0);
-          for (int z = low[2]; z <= high[2]; ++z) to[z] += row[z];
-        }
-      }
+      const std::int32_t other = neighbours_[slot][k];
+      const bool there = other >= 0 && tile_at_[other] != kNone;
+      tiles[k] = there ? &tile_[static_cast<std::size_t>(tile_at_[other]) * kFieldTile] : nullptr;
+      any = any || there;
     }
+    if (any) kernels_.sum_tiles(tiles, &corners[slot * kBrickCorners]);
   });
 }
 
@@ -101,11 +82,37 @@ void SnowField::splat(const std::vector<float>& amount, std::vector<float>& corn
   const std::size_t slots = grid_->brick_of_slot().size();
   const std::uint32_t* start = grid_->view().cell_start;
   corners.resize(slots * kBrickCorners);
+  parallel_chunks(corners.size(), 1 << 16, [&](std::size_t, std::size_t begin, std::size_t end) {
+    std::fill(corners.data() + begin, corners.data() + end, 0.f);
+  });
   splats_.resize(slots);
   for (std::size_t slot = 0; slot < slots; ++slot)
     splats_[slot] = start[slot * kCellsPerBrick] < start[(slot + 1) * kCellsPerBrick];
   splat_bricks(amount);
-  gather_corners(corners, false);
+  gather_corners(corners);
+}
+
+// Of all corners of a brick.
+SnowField::Span SnowField::fill_span(std::size_t slot) const {
+  constexpr int kSide = 8;  // minima side by side become registers
+  const float* corner = &fill_[slot * kBrickCorners];
+  float least[kSide], most[kSide];
+  std::copy(corner, corner + kSide, least);
+  std::copy(corner, corner + kSide, most);
+  const auto see = [&](const float* row) {
+    for (int i = 0; i < kSide; ++i) {
+      least[i] = row[i] < least[i] ? row[i] : least[i];
+      most[i] = row[i] > most[i] ? row[i] : most[i];
+    }
+  };
+  for (int c = kSide; c + kSide <= kBrickCorners; c += kSide) see(corner + c);
+  see(corner + kBrickCorners - kSide);
+  return {*std::min_element(least, least + kSide), *std::max_element(most, most + kSide)};
+}
+
+// Whether the fill is at least so much at the corners of all cells that hold particles.
+bool SnowField::filled(std::size_t slot, float enough) const {
+  return fill_span(slot).least >= enough || least_fill(slot) >= enough;
 }
 
 // Of the corners of those cells that hold particles.
@@ -132,15 +139,19 @@ void SnowField::fill_at_particles(std::size_t slot) {
 void SnowField::add_company() {
   const kernels::TraceGrid& grid = grid_->view();
   const std::size_t slots = grid_->brick_of_slot().size();
-  counts_.assign(volume_.size(), 1.f);
+  counts_.resize(volume_.size());
   more_.resize(volume_.size());
+  std::vector<std::uint8_t> done(slots, 0);  // what is filled stays so
   for (int round = 0; round < kCompanyRounds; ++round) {
     parallel_for(slots, 16, [&](std::size_t slot) {
       splats_[slot] = 0;
-      if (least_fill(slot) >= kCompany) return;
+      done[slot] = done[slot] || filled(slot, kCompany);
+      if (done[slot]) return;
       fill_at_particles(slot);
-      for (std::uint32_t s = grid.cell_start[slot * kCellsPerBrick];
-           s < grid.cell_start[(slot + 1) * kCellsPerBrick]; ++s) {
+      const std::uint32_t begin = grid.cell_start[slot * kCellsPerBrick],
+                          end = grid.cell_start[(slot + 1) * kCellsPerBrick];
+      if (round == 0) std::fill(counts_.data() + begin, counts_.data() + end, 1.f);
+      for (std::uint32_t s = begin; s < end; ++s) {
         more_[s] = 0;
         if (!(here_[s] < kCompany) || counts_[s] >= kMostCompany) continue;
         const float wanted = std::min(counts_[s] * kCompany / std::max(here_[s], 1e-3f), kMostCompany);
@@ -151,14 +162,14 @@ void SnowField::add_company() {
     });
     splat_bricks(more_);
     if (tile_.empty()) return;
-    gather_corners(fill_, true);
+    gather_corners(fill_);
   }
 }
 
 // The ball that each particle is beside the surface.
 void SnowField::find_loose(const Snapshot& snapshot) {
   const std::uint32_t* start = grid_->view().cell_start;
-  radii_.assign(grid_->size(), -1.f);
+  radii_.resize(grid_->size());
   const std::size_t slots = grid_->brick_of_slot().size();
   const auto radius = [&](std::uint32_t s, float here) {
     if (here >= kCovered) return;
@@ -167,29 +178,39 @@ void SnowField::find_loose(const Snapshot& snapshot) {
     radii_[s] = share * static_cast<float>(portable_cbrt(snapshot.volume0[grid_->snapshot_index(s)]));
   };
   parallel_for(slots, 16, [&](std::size_t slot) {
-    if (least_fill(slot) >= kCovered) return;
+    const std::uint32_t begin = start[slot * kCellsPerBrick], end = start[(slot + 1) * kCellsPerBrick];
+    std::fill(radii_.data() + begin, radii_.data() + end, -1.f);
+    if (filled(slot, kCovered)) return;
     fill_at_particles(slot);
-    for (std::uint32_t s = start[slot * kCellsPerBrick]; s < start[(slot + 1) * kCellsPerBrick]; ++s)
-      radius(s, here_[s]);
+    for (std::uint32_t s = begin; s < end; ++s) radius(s, here_[s]);
   });
-  for (std::size_t s = start[slots * kCellsPerBrick]; s < radii_.size(); ++s)  // strays
+  const std::size_t strays = start[slots * kCellsPerBrick];
+  std::fill(radii_.begin() + static_cast<std::ptrdiff_t>(strays), radii_.end(), -1.f);
+  for (std::size_t s = strays; s < radii_.size(); ++s)
     radius(static_cast<std::uint32_t>(s), fill(grid_->center(static_cast<std::uint32_t>(s))));
+}
+
+// By the corners of a cell.
+std::uint32_t SnowField::surface_kind(std::size_t slot, int c) const {
+  const float* corner = &fill_[slot * kBrickCorners + corner_index(c >> 4, c >> 2 & 3, c & 3)];
+  int in = 0;
+  for (int k = 0; k < 8; ++k) in += corner[corner_index(k >> 2, k >> 1 & 1, k & 1)] >= kLevel;
+  return in == 0 ? kernels::kOutside : in == 8 ? kernels::kInside : kernels::kCrossed;
 }
 
 void SnowField::find_kinds() {
   const std::size_t slots = grid_->brick_of_slot().size();
-  kind_.assign(slots * 8, 0);
+  kind_.resize(slots * 8);
   parallel_for(slots, 32, [&](std::size_t slot) {
+    std::uint32_t* words = &kind_[slot * 8];
+    const Span span = fill_.empty() ? Span{} : fill_span(slot);
+    const bool crossed = span.least < kLevel && span.most >= kLevel;
+    std::fill(words, words + 8, span.least >= kLevel ? kernels::kInside * 0x11111111u : 0);
+    const std::uint32_t* list = &grid_->view().list[slot * kCellsPerBrick];
     for (int c = 0; c < kCellsPerBrick; ++c) {
-      int in = 0;
-      const float* corner =
-          fill_.empty() ? nullptr : &fill_[slot * kBrickCorners + corner_index(c >> 4, c >> 2 & 3, c & 3)];
-      for (int k = 0; k < 8 && corner != nullptr; ++k)
-        in += corner[corner_index(k >> 2, k >> 1 & 1, k & 1)] >= kLevel;
-      std::uint32_t kind = in == 0 ? kernels::kOutside : in == 8 ? kernels::kInside : kernels::kCrossed;
-      if (grid_->view().list[slot * kCellsPerBrick + static_cast<std::size_t>(c)] != 0)
-        kind |= kernels::kHasLoose;
-      kind_[slot * 8 + static_cast<std::size_t>(c >> 3)] |= kind << (4 * (c & 7));
+      const std::uint32_t kind =
+          (crossed ? surface_kind(slot, c) : 0u) | (list[c] != 0 ? std::uint32_t{kernels::kHasLoose} : 0u);
+      words[c >> 3] |= kind << (4 * (c & 7));
     }
   });
 }
@@ -244,16 +265,25 @@ void SnowField::close_surface(RenderGrid& grid, const Snapshot& snapshot) {
   find_loose(snapshot);
   grid.set_radii(radii_);
   add_company();
+  constexpr std::size_t kChunk = 8192;
+  struct Sum {
+    double loose = 0, room = 0;
+  };
+  std::vector<Sum> sums((radii_.size() + kChunk - 1) / kChunk);
+  parallel_chunks(radii_.size(), kChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+    for (std::size_t s = begin; s < end; ++s) {
+      if (radii_[s] > 0) sums[chunk].loose += mass_[s], sums[chunk].room += volume_[s];
+    }
+  });
   double loose = 0, room = 0;
-  for (std::size_t s = 0; s < radii_.size(); ++s) {
-    if (radii_[s] > 0) loose += mass_[s], room += volume_[s];
-  }
+  for (const Sum& sum : sums) loose += sum.loose, room += sum.room;
   ball_density_ = room > 0 ? static_cast<float>(loose / room) : 0.f;
 }
 
 void SnowField::build(RenderGrid& grid, const Snapshot& snapshot, const std::vector<SnowLook>& looks,
                       SnowShape shape) {
   grid_ = &grid;
+  find_neighbours();
   weigh(snapshot, looks);
   fill_.clear();
   ball_density_ = -1;

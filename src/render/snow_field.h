@@ -12,6 +12,7 @@
 #include <functional>
 #include <vector>
 
+#include "kernels/shade/table.h"
 #include "src/render/render_grid.h"
 #include "src/render/setup.h"
 
@@ -61,9 +62,12 @@ class SnowField {
   // Unit normal, outward, at a point (render space) of the surface, from the fill's gradient; `otherwise`
   // where there is none.
   Vec3f normal(const Vec3f& p, const Vec3f& otherwise) const;
-  // The particle (sorted index) whose centre is nearest among the cells around p.
+  // The particle (sorted index) whose centre is nearest among the cells around p. Many at once:
+  // ShadeKernels::nearest.
   std::uint32_t particle_near(const Vec3f& p) const;
 
+  // For many normals at once (ShadeKernels::normals).
+  kernels::GradientField gradients() const { return {gradient_at_.data(), gradient_.data()}; }
   // kg/m^3, at each of many points (TraceKernels::probe).
   void probe_density(const kernels::ProbeView& probes, float distance, std::size_t count,
                      float* density) const {
@@ -87,23 +91,31 @@ class SnowField {
     int cell[3];  // in the brick
     float part[3];
   };
+  struct Span {
+    float least = 0, most = 0;
+  };
   bool find(const Vec3f& p, Place& place) const;
   float interpolate(const std::vector<float>& field, const Place& place) const;
   void splat(const std::vector<float>& amount, std::vector<float>& corners);
   void splat_bricks(const std::vector<float>& amount);
-  void gather_corners(std::vector<float>& corners, bool add) const;
+  void gather_corners(std::vector<float>& corners) const;
   void weigh(const Snapshot& snapshot, const std::vector<SnowLook>& looks);
   void close_surface(RenderGrid& grid, const Snapshot& snapshot);
   void add_company();
   void find_loose(const Snapshot& snapshot);
+  Span fill_span(std::size_t slot) const;
+  bool filled(std::size_t slot, float enough) const;
   float least_fill(std::size_t slot) const;
+  std::uint32_t surface_kind(std::size_t slot, int c) const;
   void fill_at_particles(std::size_t slot);
   void find_kinds();
   void close_bricks();
   void measure_gradients();
   void fill_around(std::size_t slot, float* tile) const;
-  std::size_t around(std::size_t slot, int k) const;
-  void all_around(std::size_t slot, std::size_t slots[27]) const;
+  void find_neighbours();
+  std::size_t around(std::size_t slot, int k) const {  // SIZE_MAX where no brick is occupied
+    return neighbours_[slot][k] < 0 ? SIZE_MAX : static_cast<std::size_t>(neighbours_[slot][k]);
+  }
   void measure_strays(const Snapshot& snapshot, const std::vector<SnowLook>& looks);
   void mark_depth(const std::vector<std::uint64_t>& cells, std::uint32_t its);
   void find_depths(const std::vector<float>& density, const SnowOptics& optics);
@@ -114,9 +126,10 @@ class SnowField {
   const RenderGrid* grid_ = nullptr;
   kernels::SurfaceField surface_;
   kernels::TraceGrid view_;
-  std::vector<std::int32_t> slot_;          // per brick of the table
-  std::vector<float> fill_, density_;       // per occupied brick kBrickCorners
-  std::vector<std::uint32_t> kind_;         // per occupied brick eight words
+  std::vector<std::int32_t> slot_;                        // per brick of the table
+  std::vector<std::array<std::int32_t, 27>> neighbours_;  // per occupied brick, x slowest: slots, or -1
+  std::vector<float> fill_, density_;                     // per occupied brick kBrickCorners
+  std::vector<std::uint32_t> kind_;                       // per occupied brick eight words
   std::vector<std::uint32_t> gradient_at_;  // per occupied brick: its place in gradient_, or kNone
   std::vector<float> gradient_;             // 1/m, per brick that the surface crosses 3 x kBrickCorners
   std::vector<float> tile_;                 // per brick that holds particles kFieldTile

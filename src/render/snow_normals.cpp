@@ -52,18 +52,17 @@ void sobel(const float* tile, float scale, float* out) {
 
 // Corners -1 to 5 of a brick, from the bricks that hold them; 0 where none is.
 void SnowField::fill_around(std::size_t slot, float* tile) const {
-  std::size_t others[27];
-  all_around(slot, others);
   std::fill(tile, tile + kFieldTile, 0.f);
   for (int k = 0; k < 27; ++k) {
-    if (others[k] == SIZE_MAX) continue;
+    const std::size_t other = around(slot, k);
+    if (other == SIZE_MAX) continue;
     const int step[3] = {k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1};
     int low[3], high[3];  // of the corners taken from there
     for (int a = 0; a < 3; ++a) {
       low[a] = step[a] < 0 ? -1 : step[a] > 0 ? kBrickCells + 1 : 0;
       high[a] = step[a] < 0 ? -1 : step[a] > 0 ? kBrickCells + 1 : kBrickCells;
     }
-    const float* from = &fill_[others[k] * kBrickCorners];
+    const float* from = &fill_[other * kBrickCorners];
     for (int x = low[0]; x <= high[0]; ++x) {
       for (int y = low[1]; y <= high[1]; ++y) {
         for (int z = low[2]; z <= high[2]; ++z)

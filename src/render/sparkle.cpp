@@ -65,6 +65,11 @@ const Sparkle::Look& Sparkle::look_of(std::uint32_t particle) const {
   return looks_[std::min<std::size_t>(snapshot_.object[particle], looks_.size() - 1)];
 }
 
+kernels::FacetCells Sparkle::cells(std::size_t object) const {
+  const Look& look = looks_[std::min(object, looks_.size() - 1)];
+  return look.facets.cells(look.chord, kLargestSpread * look.facets.cell());
+}
+
 float Sparkle::mean_brdf(std::uint32_t sorted, const Vec3f& normal, const Vec3f& wo, const Vec3f& wi) const {
   const Look& look = look_of(grid_.snapshot_index(sorted));
   return look.strength * look.facets.coverage() / (2 * kPi) * Shine(normal, wo, wi).factor;

@@ -32,6 +32,9 @@ class Sparkle {
   float brdf(std::uint32_t sorted, const Vec3f& p, const Vec3f& normal, const Vec3f& wo, const Vec3f& wi,
              float light_cone = 0, float footprint = 0) const;
 
+  // Of an object's snow, for ShadeKernels::may_glint: where that says no, brdf() is 0.
+  kernels::FacetCells cells(std::size_t object) const;
+
   // What brdf() is in the mean over many particles.
   float mean_brdf(std::uint32_t sorted, const Vec3f& normal, const Vec3f& wo, const Vec3f& wi) const;
 
