@@ -10,14 +10,15 @@
 namespace firn {
 namespace {
 
-// A turn of `wander`, its flight included, beside a ray with its shading. Measured: docs/decisions/018-auto.md.
+// A turn of `wander`, its flight included, beside a ray with its shading. Measured:
+// docs/decisions/018-auto.md.
 constexpr double kTurn = 1;
-constexpr double kPixels = 128;       // of a small picture
-constexpr int kSamples = 4;           // a pixel of it: light that comes evenly is stratified, as in the large one
+constexpr double kPixels = 64;  // of a small picture
+constexpr int kSamples = 4;     // a pixel of it: light that comes evenly is stratified, as in the large one
 constexpr int kGlance = 2, kMost = 64;  // pictures of each integrator
-constexpr double kBudget = 0.01;      // of the work of the large picture, for the longer look
-constexpr double kClear = 2;          // times the work: no need to look longer
-constexpr double kBetter = 0.9;       // times the work of the first that another must do with
+constexpr double kBudget = 0.01;        // of the work of the large picture, for the longer look
+constexpr double kClear = 2;            // times the work: no need to look longer
+constexpr double kBetter = 0.9;         // times the work of the first that another must do with
 
 ImageSettings small(const ImageSettings& image, Integrator integrator) {
   ImageSettings pilot = image;
@@ -79,7 +80,8 @@ int more_pictures(const Pilot& pilot, double budget) {
 
 std::string told(const Pilot& taken, const Pilot& left, double times) {
   char text[160];
-  std::snprintf(text, sizeof text, "%s takes %.2f times the work for the same error, by %d and %d small pictures",
+  std::snprintf(text, sizeof text,
+                "%s takes %.2f times the work for the same error, by %d and %d small pictures",
                 name_of(left.integrator()), times, left.pictures(), taken.pictures());
   return text;
 }

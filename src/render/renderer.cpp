@@ -20,8 +20,8 @@
 namespace firn {
 namespace {
 
-constexpr int kTile = 32;                     // pixels
-constexpr int kSmallTile = 4;                 // of a pilot's pictures, so that all threads have some
+constexpr int kTile = 32;                    // pixels
+constexpr int kSmallTile = 4;                // of a pilot's pictures, so that all threads have some
 constexpr std::uint32_t kSamplesAtOnce = 4;  // a pixel; bounds the memory of a tile
 
 using Clock = std::chrono::steady_clock;
