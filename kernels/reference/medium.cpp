@@ -64,8 +64,7 @@ double depth_of_piece(const TraceGrid& grid, const MediumField& field, const Lin
                       bool in_ball, double begin, double end) {
   const int c = cell.number();
   const std::uint32_t kind = field.cell_kind[cell.slot * 8 + (c >> 3)] >> (4 * (c & 7)) & 3;
-  const bool deep =
-      field.depth != nullptr && (field.depth[cell.slot * 8 + (c >> 3)] >> (4 * (c & 7)) & 7) != 0;
+  const bool deep = (field.cell[cell.slot * kCellsPerBrick + c] & kClass) != 0;
   const auto sigma = [&](double t) {
     const double density = cell.of(grid, field.density, ray, t);
     const double scale = deep ? field.reduced : field.extinction;

@@ -8,6 +8,7 @@ namespace firn::kernels::FIRN_ISA {
 
 template <bool kAny>
 struct BallCells {
+  static constexpr int kFewLeaps = kLanes * 3 / 8;
   const TraceGrid& grid;
 
   FIRN_INLINE void strays(const Ray& ray, std::size_t, Nearest& best) const {

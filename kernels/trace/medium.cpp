@@ -87,6 +87,7 @@ struct Corners {
 
 template <bool kWanders>
 struct MediumCells {
+  static constexpr int kFewLeaps = kLanes / 8;
   const TraceGrid& grid;
   const MediumField& field;
   const std::uint64_t* key;
@@ -94,13 +95,15 @@ struct MediumCells {
   WalkView walks = {};
   alignas(64) std::int32_t low[kLanes] = {}, high[kLanes] = {};  // of the lanes' keys
   Bits drawn = {};
-  Floats depth = {};  // optical, to the next tentative collision
-  Floats from = {};   // m, where the last one was
-  Floats mean = {};   // optical depth between tentative collisions, 1 / share
+  Floats depth = {};    // optical, to the next tentative collision
+  Floats from = {};     // m, where the last one was
+  Floats mean = {};     // optical depth between tentative collisions, 1 / share
+  Mask colliding = {};  // lanes at a tentative collision,
+  Ints word = {};       // in a cell of this word
   // Of walks.
   Mask watched = {};  // lanes on whose flight something else than snow might be
   Mask turned_ = {};
-  alignas(64) std::int32_t scattered[kLanes] = {};
+  alignas(64) std::int32_t scattered[kLanes] = {}, listed[kLanes] = {};
 
   // What strays are made of is not in the field, so they add to it: each has a collision of its own.
   inline void strays(const Ray& ray, std::size_t i, Nearest& best) const;
@@ -122,6 +125,7 @@ struct MediumCells {
     if (kWanders) {
       watched = (watched & !lanes) | mask_of_bits(outside);
       store(scattered, select(lanes, splat_int(0), load(scattered)));
+      store(listed, select(lanes, splat_int(0), load(listed)));
     }
     mean = select(lanes, splat(1) / load(its_share), mean);
     depth = select(lanes, exponential(draw(lanes)) * mean, depth);
@@ -141,41 +145,69 @@ struct MediumCells {
     }
   }
 
+  // Lanes whose rays come to a tentative collision wait there until there are some of them: whether it is
+  // real, and where walks go from there, costs as much for one lane as for all.
   FIRN_INLINE Mask meet(const Walk& walk, Ints slot, Mask& lanes, LaneRays& rays) {
+    turned_ = mask_of_bits(0);
     const Ints place = walk.cell_in(slot);
-    const Floats marked = gather(field.majorant, place, lanes), majorant = abs(marked);
-    if (kWanders) {
-      watched = watched | (lanes & less((Ints)marked, splat_int(0)));
-      turned_ = mask_of_bits(0);
-    }
+    Mask waiting = lanes & colliding, flying = lanes & !colliding;
+    if (any(flying)) waiting = waiting | fly(walk, place, flying, rays);
+    lanes = flying & !waiting;
+    const int ready = __builtin_popcount(static_cast<unsigned>(lane_bits(waiting)));
+    colliding = waiting;
+    if (ready == 0 || (ready < kFewCollide && any(lanes))) return mask_of_bits(0);
+    colliding = mask_of_bits(0);
+    return collide(walk, slot, place, waiting, rays);
+  }
+
+ private:
+  static constexpr int kFewCollide = kLanes * 3 / 8;
+
+  // To the ends of their cells; returns those that come to a tentative collision before.
+  FIRN_INLINE Mask fly(const Walk& walk, Ints place, Mask lanes, const LaneRays& rays) {
+    const Ints here = gather(reinterpret_cast<const std::int32_t*>(field.cell), place, lanes);
+    const auto majorant = (Floats)(here & static_cast<std::int32_t>(kMostExtinction));
+    if (kWanders) watched = watched | (lanes & less(here, splat_int(0)));  // kShared
     const Floats begin = max(from, walk.entered());
     const Floats end = max(min(walk.leaves(), load(rays.reach)), begin);
     const Floats t = begin + depth / majorant;  // no number where there is no snow
     const Mask tentative = lanes & less(splat(0), majorant) & less(t, end);
-    lanes = lanes & !tentative;
-    depth = select(lanes, max(fma(-majorant, end - begin, depth), splat(0)), depth);
-    if (!any(tentative)) return tentative;
+    depth = select(lanes & !tentative, max(fma(-majorant, end - begin, depth), splat(0)), depth);
     from = select(tentative, t, from);
-    Ints how_deep;
-    const Floats sigma = extinction(walk, slot, place, tentative, t, how_deep);
-    const Mask real = tentative & less(uniform(draw(tentative)) * majorant, sigma);
-    const Mask null = tentative & !real;
-    if (any(null)) depth = select(null, exponential(draw(null)) * mean, depth);
-    if (kWanders && any(real)) return wander(walk, real, how_deep, t, rays);
-    record(real, collision_code(how_deep), t, rays);
-    return real;
+    word = (Ints)select(tentative, (Floats)here, (Floats)word);
+    return tentative;
   }
 
- private:
+  // Of lanes at a tentative collision, those that are done. Most are known to be real or not before the
+  // density is.
+  FIRN_INLINE Mask collide(const Walk& walk, Ints slot, Ints place, Mask lanes, LaneRays& rays) {
+    const auto majorant = (Floats)(word & static_cast<std::int32_t>(kMostExtinction));
+    const Floats part = uniform(draw(lanes)) * majorant;
+    const Floats least =
+        to_float((word >> kLeastAt) & ((1 << kLeastBits) - 1)) * majorant * (1.f / (1 << kLeastBits));
+    Mask real = lanes & less(part, least);
+    const Mask open = lanes & !real;
+    if (any(open)) real = real | (open & less(part, extinction(walk, slot, place, open)));
+    const Mask null = lanes & !real;
+    if (!kWanders) {
+      if (any(null)) depth = select(null, exponential(draw(null)) * mean, depth);
+      record(real, collision_code(word), from, rays);
+      return real;
+    }
+    const Mask stop = any(real) ? wander(walk, real, rays) : real;
+    const Mask on = lanes & !stop;
+    if (any(on)) depth = select(on, exponential(draw(on)) * mean, depth);
+    return stop;
+  }
+
   FIRN_INLINE Bits draw(Mask lanes) {
     const Bits random = random_bits<Bits>((Bits)load(low), (Bits)load(high), drawn);
     drawn = (Bits)select(lanes, (Ints)(drawn + 1), (Ints)drawn);
     return random;
   }
 
-  // 1/m, at t.
-  FIRN_INLINE Floats extinction(const Walk& walk, Ints slot, Ints place, Mask lanes, Floats t,
-                                Ints& how_deep) const {
+  // 1/m, where the lanes collide.
+  FIRN_INLINE Floats extinction(const Walk& walk, Ints slot, Ints place, Mask lanes) const {
     const Ints cell = place & (kCellsPerBrick - 1);
     const Ints bits =
         gather(reinterpret_cast<const std::int32_t*>(field.cell_kind), place >> 3, lanes) >> (4 * (cell & 7));
@@ -184,7 +216,7 @@ struct MediumCells {
                     (walk.cell(1) & 3) * kCornerSide + (walk.cell(2) & 3);
     Floats p[3];
     for (int a = 0; a < 3; ++a) {
-      p[a] = fma(t, walk.direction(a), walk.origin(a));
+      p[a] = fma(from, walk.direction(a), walk.origin(a));
       corners.part[a] =
           min(max(fma(p[a], splat(grid.inv_cell), -to_float(walk.cell(a))), splat(0)), splat(1));
     }
@@ -200,12 +232,7 @@ struct MediumCells {
       const Floats its = field.ball_density < 0 ? density : splat(field.ball_density);
       clipped = select(covered_lanes(walk, place, loose, p), max(clipped, its), clipped);
     }
-    how_deep = splat_int(0);
-    if (field.depth != nullptr) {
-      const Ints word = gather(reinterpret_cast<const std::int32_t*>(field.depth), place >> 3, lanes);
-      how_deep = (word >> (4 * (cell & 7))) & 15;
-    }
-    const Mask shallow = equal(how_deep & static_cast<std::int32_t>(kClass), splat_int(0));
+    const Mask shallow = equal(class_of(word), splat_int(0));
     return clipped * select(shallow, splat(field.extinction), splat(field.reduced));
   }
 
@@ -227,10 +254,11 @@ struct MediumCells {
     return mask_of_bits(in);
   }
 
-  // Of MediumField::depth of a cell.
-  FIRN_INLINE static Ints collision_code(Ints how_deep) {
-    static_assert(kInThickSnow == 2 * kThickSnow && kClass < kThickSnow);
-    return how_deep + (how_deep & static_cast<std::int32_t>(kThickSnow));
+  // Of MediumField::cell.
+  FIRN_INLINE static Ints class_of(Ints word) { return word & static_cast<std::int32_t>(kClass); }
+  FIRN_INLINE static Ints collision_code(Ints word) {
+    static_assert(kInThickSnow == 2 * kThickSnow);
+    return class_of(word) + 2 * (word & static_cast<std::int32_t>(kThickSnow));
   }
 
   FIRN_INLINE static void record(Mask real, Ints code, Floats t, LaneRays& rays) {
@@ -243,35 +271,46 @@ struct MediumCells {
     }
   }
 
-  // Of the lanes that collide at t, those that stop; the others scatter.
-  FIRN_INLINE Mask wander(const Walk& walk, Mask lanes, Ints how_deep, Floats t, LaneRays& rays) {
-    const Ints depth_class = how_deep & static_cast<std::int32_t>(kClass), code = collision_code(how_deep);
+  // Of the lanes that collide, those that stop; the others scatter.
+  FIRN_INLINE Mask wander(const Walk& walk, Mask lanes, LaneRays& rays) {
+    const Ints depth_class = class_of(word), code = collision_code(word);
     const Mask whole = !less(splat(1), mean);  // rays to which all of the extinction counts do not walk
     const Floats chance = gather(field.lit, depth_class, lanes);
     const Mask lit = lanes & (whole | less(uniform(draw(lanes)), chance));
     const Ints count = load(scattered), times = count & static_cast<std::int32_t>(kClassAt - 1);
-    const Mask tired = !less(times, splat_int(kMostScattered));
-    const Mask stop = lit | (lanes & (watched | tired));
-    record(stop, select(lit, code, code + kUnlit), t, rays);
+    const Mask tired = !less(times, splat_int(static_cast<std::int32_t>(field.most_scattered)));
+    const Mask full = lit & !less(load(listed), splat_int(static_cast<std::int32_t>(kMostLit)));
+    const Mask stop = lanes & (whole | watched | tired | full);
+    record(stop, select(lit, code, code + kUnlit), from, rays);
     turned_ = lanes & !stop;
     if (!any(turned_)) return stop;
     store(scattered, select(turned_, times + 1 + depth_class * static_cast<std::int32_t>(kClassAt), count));
+    for (int a = 0; a < 3; ++a)
+      store(rays.o[a], select(turned_, fma(from, walk.direction(a), walk.origin(a)), load(rays.o[a])));
+    list(turned_ & lit, rays);
     const Floats z = fma(splat(-2), uniform(draw(turned_)), splat(1));
     const Floats r = sqrt(max(fma(-z, z, splat(1)), splat(0)));
     Floats sine, cosine;
     sincos_turn(uniform(draw(turned_)), sine, cosine);
     const Floats direction[3] = {r * cosine, r * sine, z};
-    for (int a = 0; a < 3; ++a) {
-      store(rays.o[a], select(turned_, fma(t, walk.direction(a), walk.origin(a)), load(rays.o[a])));
-      store(rays.d[a], select(turned_, direction[a], load(rays.d[a])));
-    }
+    for (int a = 0; a < 3; ++a) store(rays.d[a], select(turned_, direction[a], load(rays.d[a])));
     store(rays.reach, select(turned_, splat(__builtin_huge_valf()), load(rays.reach)));
     for (int left = lane_bits(turned_); left != 0; left &= left - 1)
       rays.entry[__builtin_ctz(static_cast<unsigned>(left))] = 0;
     watched = watched & !turned_;
     from = select(turned_, splat(0), from);
-    depth = select(turned_, exponential(draw(turned_)) * mean, depth);
     return stop;
+  }
+
+  // Walks that are where they collided.
+  FIRN_INLINE void list(Mask lit, const LaneRays& rays) {
+    for (int left = lane_bits(lit); left != 0; left &= left - 1) {
+      const int lane = __builtin_ctz(static_cast<unsigned>(left));
+      ++listed[lane];
+      walks.lit[(*walks.lit_count)++] = {{rays.o[0][lane], rays.o[1][lane], rays.o[2][lane]},
+                                         static_cast<std::uint32_t>(rays.ray[lane]),
+                                         static_cast<std::uint32_t>(scattered[lane])};
+    }
   }
 };
 

@@ -27,6 +27,7 @@ struct LaneRays {
 //   done; takes out of `lanes` those that have more to do in their cells
 //   Mask turned()                                               of those, whose rays were changed
 //   void finish(int lane, const LaneRays&)                      this one is done
+//   int kFewLeaps                                               so many lanes do not wait for more to leap
 template <bool kAny, class Cells>
 class Stream {
  public:
@@ -46,7 +47,7 @@ class Stream {
       const int leaping = __builtin_popcount(static_cast<unsigned>(lane_bits(empty)));
       const int walking = __builtin_popcount(static_cast<unsigned>(lane_bits(occupied)));
       // Few lanes wait until there are more of their kind.
-      const bool leap = leaping >= kFew || walking == 0, walk = walking >= kFew || !leap;
+      const bool leap = leaping >= Cells::kFewLeaps || walking == 0, walk = walking >= kFew || !leap;
       if (walk) {
         Mask leaving = occupied;
         done = cells_.meet(walk_, slot, leaving, lane_);

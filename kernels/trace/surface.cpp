@@ -29,6 +29,7 @@ struct AlongCell {
 
 template <bool kAny>
 struct SurfaceCells {
+  static constexpr int kFewLeaps = BallCells<kAny>::kFewLeaps;
   const TraceGrid& grid;
   const SurfaceField& field;
   BallCells<kAny> loose{grid};

@@ -71,6 +71,14 @@ struct WalkView {
   float* t;
   std::uint32_t* hit;
   std::uint32_t* scattered;  // how often, and in what depth the last time: count | class << 28
+  // The collisions on the way that were drawn to be connected to lights, each ray's in order; room for
+  // kMostLit a ray behind the lit_count that are there.
+  struct LitCollision* lit;
+  std::size_t* lit_count;
+};
+struct LitCollision {
+  float p[3];                    // m
+  std::uint32_t ray, scattered;  // as above, with this one
 };
 
 // Fields of the snow stand on the corners of the cells, 5x5x5 of them in each occupied brick (those on its
@@ -95,31 +103,33 @@ struct SurfaceField {
 };
 inline constexpr std::uint32_t kSurfaceHit = 0xfffffffeu;
 
+// What flights must know of a cell of the medium, in one word: the most extinction there is in it (reduced
+// where it is deep; 1/m, 0: no snow), a float with kMostExtinction of its bits, rounded up; the least as a
+// share of that; the class of its depth, from 0 at the surface to at most 7; and two flags.
+inline constexpr std::uint32_t kMostExtinction = 0x7ffff000u;
+inline constexpr int kLeastAt = 4, kLeastBits = 8;  // the share in units of 1 / 2^kLeastBits
+inline constexpr std::uint32_t kClass = 7, kThickSnow = 8;
+inline constexpr std::uint32_t kShared = 0x80000000u;  // something else may be there: walks must come back
+
 // What of the snow scatters light, as fields over the cells of a TraceGrid.
 struct MediumField {
-  const float* density = nullptr;  // per occupied brick kBrickCorners, kg/m^3
-  const float* fill = nullptr;     // as SurfaceField: snow is where it is at least the level
-  // Per cell of an occupied brick: the most extinction (reduced where the cell is deep) there is in it, 1/m;
-  // 0: no snow. With its sign bit: something else might be in the cell, so walks must come back to the
-  // caller.
-  const float* majorant = nullptr;
+  const float* density = nullptr;            // per occupied brick kBrickCorners, kg/m^3
+  const float* fill = nullptr;               // as SurfaceField: snow is where it is at least the level
+  const std::uint32_t* cell = nullptr;       // per cell of an occupied brick, as above
   const std::uint32_t* cell_kind = nullptr;  // as SurfaceField
-  // Per occupied brick eight words, four bits a cell: the class of its depth, from 0 at the surface to at
-  // most 7, and kThickSnow. Null: all are 0.
-  const std::uint32_t* depth = nullptr;
   float level = 0.5f;
-  float extinction = 0;        // m^2/kg, times the density: 1/m
-  float reduced = 0;           // m^2/kg, the same in cells of class 1 and more
-  const float* lit = nullptr;  // per class, the chance that walks stop at a collision there
+  float extinction = 0;                // m^2/kg, times the density: 1/m
+  float reduced = 0;                   // m^2/kg, the same in cells of class 1 and more
+  const float* lit = nullptr;          // per class, the chance that a walk's collision there is to be lit
+  std::uint32_t most_scattered = 256;  // of one walk: then it comes back, for roulette
   // kg/m^3 in the loose balls. Negative: the snow is balls alone, within which the density field counts.
   float ball_density = 0;
   const float* stray_extinction = nullptr;  // per stray (16 a bundle), 1/m
 };
-inline constexpr std::uint32_t kThickSnow = 8;
-// Collisions: the class of the cell's depth; with kUnlit where a walk stopped without having drawn that; with
+// Collisions: the class of the cell's depth; with kUnlit where a walk was not drawn to be lit; with
 // kInThickSnow where the cell is.
-inline constexpr std::uint32_t kClass = 7, kUnlit = 8, kInThickSnow = 16;
-inline constexpr std::uint32_t kMostScattered = 256;  // of one walk
+inline constexpr std::uint32_t kUnlit = 8, kInThickSnow = 16;
+inline constexpr std::uint32_t kMostLit = 32;  // of one walk
 
 struct Extent {
   float low, high;  // infinite if there is nothing
@@ -164,8 +174,8 @@ struct TraceKernels {
   void (*collide)(const TraceGrid&, const MediumField&, const RayView&, const std::uint64_t* key,
                   const float* share, std::size_t begin, std::size_t end) = nullptr;
   // The same, but a ray of share < 1 that collides scatters isotropically and goes on, again and again: until
-  // a collision is drawn to be lit (by its cell's class), or might lie behind something else than snow on its
-  // flight, or the ray passes.
+  // a collision might lie behind something else than snow on its flight, or the ray passes, or it has
+  // scattered or was lit as often as it may. Collisions are drawn to be lit by their cells' classes.
   void (*wander)(const TraceGrid&, const MediumField&, const WalkView&, const std::uint64_t* key,
                  const float* share, std::size_t begin, std::size_t end) = nullptr;
   // A field on corners (kBrickCorners per occupied brick), trilinear, at origin + distance * direction (m) of

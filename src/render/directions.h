@@ -24,10 +24,10 @@ inline Vec3f around(const Vec3f& n, float x, float y, float z) {
 struct Disc {
   float x, y;
 };
-// Uniform angle 2 pi u at radius r.
+// Angle 2 pi u at radius r; u in [0, 1].
 inline Disc on_circle(float r, float u) {
-  const SinCos angle = portable_sincos(6.28318530717958647692 * static_cast<double>(u));
-  return {r * static_cast<float>(angle.cos), r * static_cast<float>(angle.sin)};
+  const SinCosf angle = portable_sincos_turn(u);
+  return {r * angle.cos, r * angle.sin};
 }
 
 // Density cos/pi over the hemisphere about n.

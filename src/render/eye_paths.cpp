@@ -29,10 +29,28 @@ void TilePaths::walk_eyes() {
   }
   for (bool first = true; fly(first); first = false) {
     clear_links();
+    light_walks();
     for (std::size_t ray = 0; ray < rays_.size(); ++ray) visit(ray);
     if (first) see_snow();
     pass();
     for (std::size_t k = 0; k < brings_.size(); ++k) add(brings_[k], through_[k]);
+  }
+}
+
+// Where the flights scattered on their way.
+void TilePaths::light_walks() {
+  for (const kernels::LitCollision& lit : lit_collisions_.all()) {
+    const Subpath& subpath = subpath_of(lit.ray);
+    const int times = walked_times(lit.scattered);
+    Vertex vertex;
+    vertex.place = subpath.vertices + times;
+    if (vertex.place > ways_.eye_vertices) continue;
+    vertex.p = {lit.p[0], lit.p[1], lit.p[2]};
+    vertex.beta = subpath.beta;
+    vertex.ice = subpath.ice;
+    vertex.lit = view_.world.snow.lit[walked_class(lit.scattered)];
+    scatter_evenly(times, vertex.beta, vertex.ice);
+    sample_light(subpath, vertex);
   }
 }
 
@@ -88,11 +106,11 @@ void TilePaths::find_light(std::size_t ray) {
 
 void TilePaths::sample_light(const Subpath& subpath, const Vertex& vertex) {
   const PathRandom& random = paths_[subpath.path].random;
-  const Sample2 choice = random.pair(kEyes + pair_of(subpath.vertices, kChoiceOfLight));
   LightSample light;
   if (!vertex.connects) return;
+  const Sample2 choice = random.pair(kEyes + pair_of(vertex.place, kChoiceOfLight));
   if (!view_.world.lights.sample(vertex.p, choice.u,
-                                 random.pair(kEyes + pair_of(subpath.vertices, kPointOfLight)), light))
+                                 random.pair(kEyes + pair_of(vertex.place, kPointOfLight)), light))
     return;
   const float cosine = vertex.cosine(light.direction);
   const double found = vertex.density(vertex.back, light.direction) / (light.pdf * counted(vertex.lit));

@@ -27,13 +27,15 @@ void Flights::find_shadow(RayStream& rays) const {
   }
 }
 
-void Flights::fly(RayStream& rays, const RayMarks& marks, bool first, std::vector<Arrival>& arrivals) {
+void Flights::fly(RayStream& rays, const RayMarks& marks, bool first, std::vector<Arrival>& arrivals,
+                  LitCollisions& lit) {
   const std::size_t count = rays.size();
   arrivals.resize(count);
+  lit.clear(0);
   // Most flights end in snow after a few cells: what they meet there shortens the search for all else.
   if (inside_) {
     if (world_.walks()) {
-      world_.kernels.wander(world_.field.view(), world_.snow, rays.walks(), marks.key.data(),
+      world_.kernels.wander(world_.field.view(), world_.snow, rays.walks(lit), marks.key.data(),
                             marks.share.data(), 0, count);
     } else {
       world_.kernels.collide(world_.field.view(), world_.snow, rays.view(), marks.key.data(),

@@ -61,10 +61,12 @@ class Flights {
   explicit Flights(const World& world)
       : world_(world), inside_(world.image.snow_light == SnowLight::inside) {}
 
-  // Ray i ends at arrivals[i], its t there; if it scattered before, its origin is where it did the last time.
+  // Ray i ends at arrivals[i], its t there; if it scattered before, its origin is where it did the last time,
+  // and `lit` has where it was drawn to be connected to lights.
   // rays.hit: of a surface of snow, its ball or kSurfaceHit. `first`: camera rays, which the kernels like for
   // their neighbourhood.
-  void fly(RayStream& rays, const RayMarks& marks, bool first, std::vector<Arrival>& arrivals);
+  void fly(RayStream& rays, const RayMarks& marks, bool first, std::vector<Arrival>& arrivals,
+           LitCollisions& lit);
 
   // The snow's surface before the rays' reach, as rays.hit and t.
   void find_surface(RayStream& rays, bool first) const;

@@ -126,7 +126,7 @@ bool TilePaths::fly(bool first) {
   next_rays_.clear();
   next_marks_.clear();
   if (rays_.size() == 0) return false;
-  Flights(view_.world).fly(rays_, marks_, first, arrivals_);
+  Flights(view_.world).fly(rays_, marks_, first, arrivals_, lit_collisions_);
   work_.rays += rays_.size();
   for (const Arrival& arrival : arrivals_) work_.turns += static_cast<std::uint64_t>(arrival.scattered);
   return true;
@@ -169,15 +169,19 @@ void TilePaths::become_surface(Vertex& vertex, std::size_t ray, const Subpath& s
   vertex.p += around(smooth, aside.x, aside.y, kLift * spacing);
 }
 
-// The flight scattered in the snow on its way: each time evenly.
+// What reduced snow does to light that scatters in it.
+void TilePaths::scatter_evenly(int times, Vec3f& beta, float& ice) const {
+  const SnowGrain& grain = view_.grains.of(0, true);
+  ice += static_cast<float>(times) * grain.ice;
+  for (int c = 0; c < 3; ++c) {
+    if (grain.albedo[c] < 1) beta[c] *= portable_pow(grain.albedo[c], static_cast<float>(times));
+  }
+}
+
+// The flight scattered in the snow on its way.
 void TilePaths::walk_on(Subpath& subpath, const Arrival& arrival) const {
   if (arrival.scattered == 0) return;
-  const SnowGrain& grain = view_.grains.of(0, true);
-  const auto times = static_cast<float>(arrival.scattered);
-  subpath.ice += times * grain.ice;
-  for (int c = 0; c < 3; ++c) {
-    if (grain.albedo[c] < 1) subpath.beta[c] *= portable_pow(grain.albedo[c], times);
-  }
+  scatter_evenly(arrival.scattered, subpath.beta, subpath.ice);
   subpath.density = phase_density(0, 0);
   subpath.cosine = subpath.meets = 1;
   subpath.lit = arrival.lit;

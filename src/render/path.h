@@ -127,6 +127,7 @@ class TilePaths {
   void walk_eyes();
   void visit(std::size_t ray);
   void find_light(std::size_t ray);
+  void light_walks();
   void sample_light(const Subpath& subpath, const Vertex& vertex);
   void connect(const Subpath& subpath, const Vertex& eye);
 
@@ -135,6 +136,7 @@ class TilePaths {
   Subpath& subpath_of(std::size_t ray) { return subpaths_[going_[ray]]; }
   void become_surface(Vertex& vertex, std::size_t ray, const Subpath& subpath) const;
   Vertex arrive(Subpath& subpath, std::size_t ray) const;
+  void scatter_evenly(int times, Vec3f& beta, float& ice) const;
   bool leave(Subpath& subpath, const Vertex& vertex, Carries carries, std::uint32_t stream,
              Vec3f& direction) const;
   const SnowGrain& grain_at(const Vec3f& p, bool reduced) const;
@@ -162,6 +164,7 @@ class TilePaths {
   RayStream rays_, next_rays_;
   RayMarks marks_, next_marks_;
   std::vector<Arrival> arrivals_;
+  LitCollisions lit_collisions_;
   // Connecting rays.
   RayStream link_rays_;
   RayMarks link_marks_;

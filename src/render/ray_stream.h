@@ -2,12 +2,36 @@
 // Columns of rays, as the trace kernels read them.
 #pragma once
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "kernels/trace/table.h"
 #include "src/core/vector.h"
 
 namespace firn {
+
+// Of WalkView::scattered.
+inline int walked_times(std::uint32_t scattered) { return static_cast<int>(scattered & 0xfffffff); }
+inline int walked_class(std::uint32_t scattered) { return static_cast<int>(scattered >> 28); }
+
+// Where walks are to be connected to lights, each ray's collisions in order.
+class LitCollisions {
+ public:
+  void clear(std::size_t rays) {
+    count_ = 0;
+    if (rays <= rays_) return;
+    rays_ = rays;
+    room_ = std::make_unique_for_overwrite<kernels::LitCollision[]>(kernels::kMostLit *
+                                                                    rays);  // mostly untouched
+  }
+  std::span<const kernels::LitCollision> all() const { return {room_.get(), count_}; }
+
+ private:
+  friend class RayStream;
+  std::size_t count_ = 0, rays_ = 0;
+  std::unique_ptr<kernels::LitCollision[]> room_;
+};
 
 class RayStream {
  public:
@@ -30,8 +54,8 @@ class RayStream {
   float t(std::size_t i) const { return t_[i]; }
   std::uint32_t hit(std::size_t i) const { return hit_[i]; }
   // Of the last walks(): how often ray i scattered, and in which class of depth the last time.
-  int scattered(std::size_t i) const { return static_cast<int>(scattered_[i] & 0xfffffff); }
-  int last_depth(std::size_t i) const { return static_cast<int>(scattered_[i] >> 28); }
+  int scattered(std::size_t i) const { return walked_times(scattered_[i]); }
+  int last_depth(std::size_t i) const { return walked_class(scattered_[i]); }
   Vec3f at_hit(std::size_t i) const { return origin(i) + t_[i] * direction(i); }
 
   kernels::RayView view() {
@@ -41,13 +65,16 @@ class RayStream {
             hit_.data()};
   }
 
-  kernels::WalkView walks() {
+  kernels::WalkView walks(LitCollisions& lit) {
     scattered_.resize(t_.size());
+    lit.clear(t_.size());
     return {{origin_[0].data(), origin_[1].data(), origin_[2].data()},
             {direction_[0].data(), direction_[1].data(), direction_[2].data()},
             t_.data(),
             hit_.data(),
-            scattered_.data()};
+            scattered_.data(),
+            lit.room_.get(),
+            &lit.count_};
   }
 
  private:

@@ -83,6 +83,9 @@ struct Renderer::State {
     SnowOptics optics;
     if (!setup.snow.empty()) optics.g = static_cast<float>(setup.snow.front().anisotropy);
     optics.similarity = similarity_of(setup.image);
+    // Enough for roulette to be worth it.
+    const float albedo = grains.of(0, true).albedo.maxCoeff();
+    if (albedo < 0.99f) optics.most_scattered = static_cast<std::uint32_t>(2.3f / (1 - albedo)) + 1;
     if (grains.alike() && media.empty() && grid.view().stray_bundles == 0) {
       optics.shared = [this](const Vec3f& low, const Vec3f& high) {
         return objects.may_reach(low, high) || lights.may_reach(low, high);

@@ -385,7 +385,7 @@ double SnowField::clipped_mass() const {
 std::size_t SnowField::bytes() const {
   const auto of = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
   return of(fill_) + of(density_) + of(kind_) + of(gradient_at_) + of(gradient_) + of(tile_) + of(tile_at_) +
-         of(slot_) + of(sigma_) + of(stray_extinction_) + of(majorant_) + of(depth_);
+         of(slot_) + of(sigma_) + of(stray_extinction_) + of(cells_) + of(depth_);
 }
 
 }  // namespace firn

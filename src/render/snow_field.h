@@ -35,6 +35,7 @@ struct SnowOptics {
   Similarity similarity = Similarity::by_depth;
   // Whether something else than snow may be in a box (render space, m); null: walks stop at every collision.
   std::function<bool(const Vec3f& low, const Vec3f& high)> shared = nullptr;
+  std::uint32_t most_scattered = 256;  // of one walk
 };
 
 class SnowField {
@@ -105,9 +106,9 @@ class SnowField {
   void all_around(std::size_t slot, std::size_t slots[27]) const;
   void measure_strays(const Snapshot& snapshot, const std::vector<SnowLook>& looks);
   void mark_depth(const std::vector<std::uint64_t>& cells, std::uint32_t its);
-  bool find_depths(const std::vector<float>& density, const SnowOptics& optics);
+  void find_depths(const std::vector<float>& density, const SnowOptics& optics);
+  void find_cells(const kernels::MediumField& field);
   void mark_shared(const SnowOptics& optics);
-  void find_majorants(const kernels::MediumField& field);
 
   const kernels::TraceKernels& kernels_;
   const RenderGrid* grid_ = nullptr;
@@ -131,8 +132,9 @@ class SnowField {
   float extinction_ = 0;                 // m^2/kg, of the density; 1 for sigma_
   float ball_density_ = 0;               // as in MediumField, of sigma_ or density_
   std::vector<float> stray_extinction_;  // 1/m, as in MediumField
-  std::vector<float> majorant_;          // 1/m, per cell
-  std::vector<std::uint32_t> depth_;     // per occupied brick eight words, as in MediumField
+  // Per occupied brick eight words, four bits a cell: the class of its depth, kThickSnow.
+  std::vector<std::uint32_t> depth_;
+  std::vector<std::uint32_t> cells_;  // as in MediumField
 };
 
 }  // namespace firn

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The snow as a medium: SnowField's density -> majorants and deep cells, as kernels/trace/medium.cpp reads
-// them.
+// The snow as a medium: SnowField's density -> what flights must know of the cells, as
+// kernels/trace/medium.cpp reads them.
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -58,6 +59,18 @@ void change_cells(Change change, std::size_t layers, const Beside& beside,
     });
     cells.swap(next);
   }
+}
+
+// A word of MediumField::cell, of the densest and the thinnest that is there (kg/m^3) and its extinction
+// (m^2/kg).
+std::uint32_t medium_cell(float extinction, float densest, float thinnest) {
+  const float most = densest * extinction;
+  if (!(most > 0)) return 0;
+  const std::uint32_t cut = ~kernels::kMostExtinction & 0x7fffffffu;
+  const std::uint32_t rounded = (std::bit_cast<std::uint32_t>(most) + cut) & kernels::kMostExtinction;
+  constexpr float kWhole = 1 << kernels::kLeastBits;
+  const float share = kWhole * (thinnest * extinction) / std::bit_cast<float>(rounded);
+  return rounded | static_cast<std::uint32_t>(std::min(share, kWhole - 1)) << kernels::kLeastAt;
 }
 
 // The corners of a cell, first to last: run(value).
@@ -128,10 +141,11 @@ void SnowField::mark_depth(const std::vector<std::uint64_t>& cells, std::uint32_
   });
 }
 
-// The classes of the cells, and which are in thick snow; false if all are 0.
-bool SnowField::find_depths(const std::vector<float>& density, const SnowOptics& optics) {
+// The classes of the cells, and which are in thick snow.
+void SnowField::find_depths(const std::vector<float>& density, const SnowOptics& optics) {
   const std::size_t slots = grid_->brick_of_slot().size();
   depth_.assign(slots * kCellsPerBrick / 8, 0);
+  if (optics.similarity == Similarity::never) return;
   constexpr int kNext[3] = {9, 3, 1};  // as around() numbers the bricks; 13 is the slot's own
   Beside beside(slots);
   parallel_for(slots, 32, [&](std::size_t slot) {
@@ -147,16 +161,14 @@ bool SnowField::find_depths(const std::vector<float>& density, const SnowOptics&
   for (int its = 1; its <= (by_depth ? 1 : static_cast<int>(std::size(kDepths))); ++its) {
     const float path = by_depth ? kSimilar : kDepths[its - 1] / (1 - optics.g);
     std::vector<std::uint64_t> deep = find_deep(beside, thinnest, in_cell / path);
-    if (std::all_of(deep.begin(), deep.end(), [](std::uint64_t cells) { return cells == 0; })) return its > 1;
+    if (std::all_of(deep.begin(), deep.end(), [](std::uint64_t cells) { return cells == 0; })) return;
     mark_depth(deep, 1);
     if (its != kThick) continue;
     change_cells(Change::dilate, kMostLayers, beside, deep);
     mark_depth(deep, kernels::kThickSnow);
   }
-  return true;
 }
 
-// Sets the sign bits of majorants.
 void SnowField::mark_shared(const SnowOptics& optics) {
   const kernels::TraceGrid& view = grid_->view();
   const float side = kernels::kBrickCells * view.cell;
@@ -168,27 +180,23 @@ void SnowField::mark_shared(const SnowOptics& optics) {
         side * Vec3f(static_cast<float>(brick / across / down), static_cast<float>(brick / across % down),
                      static_cast<float>(brick % across));
     if (optics.shared && !optics.shared(low, low + Vec3f::Constant(side))) return;
-    for (std::size_t c = 0; c < kCellsPerBrick; ++c) {
-      float& majorant = majorant_[slot * kCellsPerBrick + c];
-      majorant = -majorant;
-    }
+    for (std::size_t c = 0; c < kCellsPerBrick; ++c) cells_[slot * kCellsPerBrick + c] |= kernels::kShared;
   });
 }
 
-// 0 where the cell holds no snow.
-void SnowField::find_majorants(const kernels::MediumField& field) {
+void SnowField::find_cells(const kernels::MediumField& field) {
   const std::vector<float>& density = sigma_.empty() ? density_ : sigma_;
-  majorant_.resize(grid_->brick_of_slot().size() * kCellsPerBrick);
-  parallel_chunks(majorant_.size(), 4096, [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t cell = begin; cell < end; ++cell) {
-      const std::uint32_t kind = kind_of(kind_, cell);
-      const bool has_balls = (kind & kernels::kHasLoose) != 0, of_balls = field.ball_density < 0;
-      float densest = of_balls || !has_balls ? 0.f : field.ball_density;
-      if ((kind & 3) != kernels::kOutside || (of_balls && has_balls))
-        densest = std::max(densest, most(density, cell));
-      const bool deep = field.depth != nullptr && (depth_[cell >> 3] >> (4 * (cell & 7)) & 7) != 0;
-      majorant_[cell] = densest * (deep ? field.reduced : field.extinction);
-    }
+  cells_.resize(grid_->brick_of_slot().size() * kCellsPerBrick);
+  parallel_for(cells_.size(), 4096, [&](std::size_t cell) {
+    const std::uint32_t kind = kind_of(kind_, cell), deep = kind_of(depth_, cell);
+    const bool has_balls = (kind & kernels::kHasLoose) != 0, of_balls = field.ball_density < 0;
+    float densest = of_balls || !has_balls ? 0.f : field.ball_density, thinnest = 0;
+    if ((kind & 3) != kernels::kOutside || (of_balls && has_balls))
+      densest = std::max(densest, most(density, cell));
+    if ((kind & 3) == kernels::kInside && !of_balls) thinnest = least(density, cell);
+    cells_[cell] =
+        medium_cell((deep & kernels::kClass) != 0 ? field.reduced : field.extinction, densest, thinnest) |
+        deep;
   });
 }
 
@@ -205,10 +213,11 @@ kernels::MediumField SnowField::medium(const SnowOptics& optics) {
   field.ball_density = ball_density_;
   field.stray_extinction = stray_extinction_.data();
   field.lit = kLit;
-  if (optics.similarity != Similarity::never && find_depths(density, optics)) field.depth = depth_.data();
-  find_majorants(field);
+  field.most_scattered = optics.most_scattered;
+  find_depths(density, optics);
+  find_cells(field);
   if (optics.similarity == Similarity::by_collisions) mark_shared(optics);
-  field.majorant = majorant_.data();
+  field.cell = cells_.data();
   return field;
 }
 

@@ -59,6 +59,10 @@ TEST_CASE("portable functions agree with libm") {
     const double angle = 2000 * (u - 0.5);
     REQUIRE(std::fabs(portable_sincos(angle).sin - std::sin(angle)) < 1e-13);
     REQUIRE(std::fabs(portable_sincos(angle).cos - std::cos(angle)) < 1e-13);
+    const SinCosf turned = portable_sincos_turn(static_cast<float>(u));
+    const double turn = 2 * M_PI * static_cast<float>(u);
+    REQUIRE(std::fabs(turned.sin - std::sin(turn)) < 2e-7);
+    REQUIRE(std::fabs(turned.cos - std::cos(turn)) < 2e-7);
     REQUIRE(std::fabs(portable_acos(2 * u - 1) - std::acos(2 * u - 1)) < 1e-13);
     const double x = std::exp(100 * (v - 0.5));
     REQUIRE(portable_log(x) == Approx(std::log(x)).epsilon(1e-13).margin(1e-14));

@@ -36,6 +36,15 @@ struct Scene {
     return kernels::reference::optical_depth(field.view(), medium, in_cells, o.data(), d.data(), 0, to);
   }
 
+  // Of cells of occupied bricks, by their places as in cell_index.
+  std::uint32_t class_of(std::size_t cell) const { return medium.cell[cell] & kernels::kClass; }
+  bool has_depth() const {
+    std::uint32_t any = 0;
+    for (std::size_t cell = 0; cell < grid.brick_of_slot().size() * kernels::kCellsPerBrick; ++cell)
+      any |= class_of(cell);
+    return any != 0;
+  }
+
   const kernels::TraceKernels& kernels;
   Snapshot snapshot;
   RenderGrid grid;

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -157,7 +158,7 @@ float thickness(const Scene& scene, int x, int y, int z) {
 }
 bool deep(const Scene& scene, int x, int y, int z) {
   const std::size_t cell = cell_index(scene.grid.view(), x, y, z);
-  return cell != kNoCell && (scene.medium.depth[cell / 8] >> (4 * (cell % 8)) & 7) == 1;
+  return cell != kNoCell && scene.class_of(cell) == 1;
 }
 
 }  // namespace
@@ -168,7 +169,7 @@ TEST_CASE("rays pass through snow by exp(-optical depth) and collide where it sa
       INFO(table->isa << ", " << optical << " a cell");
       const Scene scene(lattice_ball(optical > 1 ? 5 : 12), {look_of(optical)}, SnowShape::smooth,
                         {.similarity = Similarity::never}, table->trace);
-      CHECK(scene.medium.depth == nullptr);
+      CHECK_FALSE(scene.has_depth());
       check(judge(scene, all_rays(scene.grid, 3500, 101), 102), 100);
     }
   }
@@ -177,7 +178,7 @@ TEST_CASE("rays pass through snow by exp(-optical depth) and collide where it sa
 TEST_CASE("flights in deep cells are longer by 1 / (1 - g)") {
   const SnowOptics optics{.g = 0.75f};
   const Scene scene(lattice_ball(14), {look_of(4)}, SnowShape::smooth, optics);
-  REQUIRE(scene.medium.depth != nullptr);
+  REQUIRE(scene.has_depth());
   check(judge(scene, all_rays(scene.grid, 3500, 111), 112), 50);
   // From the middle, no further than deep snow reaches: by the definition of the mean free path.
   const Vec3f middle = (-scene.grid.origin()).cast<float>();
@@ -238,9 +239,10 @@ TEST_CASE("where a loose ball reaches into the snow, the denser of the two count
   const std::size_t slots = scene.grid.brick_of_slot().size();
   std::vector<std::uint32_t> kinds(scene.medium.cell_kind, scene.medium.cell_kind + 8 * slots);
   for (std::uint32_t& word : kinds) word |= 0x11111111u * kernels::kHasLoose;
-  const std::vector<float> majorants(slots * kernels::kCellsPerBrick, 1000 * scene.medium.extinction);
+  const auto most = std::bit_cast<std::uint32_t>(1000 * scene.medium.extinction) & kernels::kMostExtinction;
+  const std::vector<std::uint32_t> cells(slots * kernels::kCellsPerBrick, most);
   scene.medium.cell_kind = kinds.data();
-  scene.medium.majorant = majorants.data();
+  scene.medium.cell = cells.data();
   scene.medium.ball_density = 300;
   check(judge(scene, all_rays(scene.grid, 3500, 124), 125), 100);
 }
@@ -251,7 +253,7 @@ TEST_CASE("in spheres the snow is its density within the balls") {
   add_particle(snapshot, Vec3(4, 20, 0), 12);  // a stray
   const Scene scene(std::move(snapshot), {look_of(2)}, SnowShape::spheres);
   REQUIRE(scene.grid.view().stray_bundles == 1);
-  CHECK(scene.medium.depth == nullptr);
+  CHECK_FALSE(scene.has_depth());
   check(judge(scene, all_rays(scene.grid, 3500, 131), 132), 200);
 }
 
@@ -275,7 +277,7 @@ TEST_CASE("where objects differ in density and grains, each has the extinction o
 TEST_CASE("deep cells are those with snow all around, five mean free paths of it, and no others") {
   const double optical = GENERATE(1.2, 2.8, 6.);
   const Scene scene(lattice_ball(20), {look_of(optical)});
-  REQUIRE(scene.medium.depth != nullptr);
+  REQUIRE(scene.has_depth());
   const auto& view = scene.grid.view();
   std::array<std::size_t, 9> found{};  // by the layers that make it deep
   std::size_t wrong = 0;
@@ -306,10 +308,10 @@ TEST_CASE("deep cells are those with snow all around, five mean free paths of it
 }
 
 TEST_CASE("thin snow, reference light and no particles have no deep cells") {
-  CHECK(Scene(lattice_ball(12), {look_of(0.3)}).medium.depth == nullptr);
-  CHECK(Scene(lattice_ball(12), {look_of(4)}, SnowShape::smooth, {.similarity = Similarity::never})
-            .medium.depth == nullptr);
-  CHECK(Scene(lattice_ball(12), {look_of(0)}).medium.depth == nullptr);
+  CHECK_FALSE(Scene(lattice_ball(12), {look_of(0.3)}).has_depth());
+  CHECK_FALSE(Scene(lattice_ball(12), {look_of(4)}, SnowShape::smooth, {.similarity = Similarity::never})
+                  .has_depth());
+  CHECK_FALSE(Scene(lattice_ball(12), {look_of(0)}).has_depth());
   for (const SnowShape shape : {SnowShape::smooth, SnowShape::spheres}) {
     const Scene empty(Snapshot{}, {look_of(4)}, shape);
     RayStream rays;

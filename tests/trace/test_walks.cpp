@@ -5,8 +5,8 @@
 // with a mean cosine of 2/3.
 #include <Eigen/Geometry>
 
+#include <bit>
 #include <cmath>
-#include <cstring>
 
 #include "tests/catch.h"
 #include "tests/trace/medium_scene.h"
@@ -59,7 +59,26 @@ struct Tally {
   double cosine = 0, cosine_spread = 0;
   std::size_t steps = 0;  // until all had left
   double in_kernel = 0;   // share of the collisions after which the kernel went on
+  // Collisions drawn to be lit, each counted by the inverse of its chance, less all collisions; its variance.
+  double lit_error = 0, lit_variance = 0;
+  std::size_t out_of_order = 0;
+
+  void lit(double chance) {
+    lit_error += 1 / chance;
+    lit_variance += (1 - chance) / (chance * chance);
+  }
 };
+
+// A walk's collisions must be listed in their order, and lie before its end.
+void tally_lit(const LitCollisions& lit, const RayStream& rays, const float* chance, Tally& tally) {
+  std::vector<int> last(rays.size(), 0);
+  for (const kernels::LitCollision& one : lit.all()) {
+    const int times = walked_times(one.scattered);
+    tally.out_of_order += times <= last[one.ray] || times > rays.scattered(one.ray);
+    last[one.ray] = times;
+    tally.lit(chance[walked_class(one.scattered)]);
+  }
+}
 
 // Follows walks to their ends: where the kernel stops they are turned here.
 template <class Check>
@@ -70,12 +89,14 @@ Tally follow(const Scene& scene, std::size_t count, std::uint64_t seed, Check&& 
   std::vector<std::size_t> of(count);
   for (std::size_t i = 0; i < count; ++i) of[i] = i;
   Tally tally;
+  LitCollisions lit;
   double all = 0, squares = 0, cosines = 0, cosine_squares = 0, went_on = 0;
   for (; rays.size() > 0; ++tally.steps) {
     const auto keys = keys_of(rays.size(), hash_keys(seed, tally.steps));
     const std::vector<float> share(rays.size(), kShare);
-    scene.kernels.wander(scene.field.view(), scene.medium, rays.walks(), keys.data(), share.data(), 0,
+    scene.kernels.wander(scene.field.view(), scene.medium, rays.walks(lit), keys.data(), share.data(), 0,
                          rays.size());
+    tally_lit(lit, rays, scene.medium.lit, tally);
     RayStream next;
     std::vector<std::size_t> next_of;
     for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -92,6 +113,7 @@ Tally follow(const Scene& scene, std::size_t count, std::uint64_t seed, Check&& 
         continue;
       }
       collisions[of[i]] += 1;
+      if ((rays.hit(i) & kernels::kUnlit) == 0) tally.lit(scene.medium.lit[rays.hit(i) & kernels::kClass]);
       next.push(rays.at_hit(i), even_direction(hash_keys(seed, 77, tally.steps), i).cast<float>(), kInf);
       next_of.push_back(of[i]);
     }
@@ -105,6 +127,7 @@ Tally follow(const Scene& scene, std::size_t count, std::uint64_t seed, Check&& 
   tally.cosine = cosines / n;
   tally.cosine_spread = std::sqrt((cosine_squares / n - tally.cosine * tally.cosine) / n);
   tally.in_kernel = went_on / all;
+  tally.lit_error -= all;
   return tally;
 }
 
@@ -122,18 +145,33 @@ void check_even(const Scene& scene, const Tally& tally) {
 
 }  // namespace
 
-TEST_CASE("walks collide as often as light in a body must, and leave it evenly") {
+TEST_CASE("walks collide as often as light in a body must, leave it evenly, and are lit by their chance") {
   for (const auto* table : supported_kernels()) {
-    for (const bool alone : {true, false}) {
-      INFO(table->isa << (alone ? ", not stopped" : ", stopped by chance"));
-      Scene scene(lattice_ball(9), {look_of(4)}, SnowShape::smooth, walking(nowhere), table->trace);
-      const float never[8] = {};
-      if (alone) scene.medium.lit = never;
-      const Tally tally = follow(scene, 300000, 201, [](const RayStream&, std::size_t) {});
-      check_even(scene, tally);
-      CHECK(tally.in_kernel > (alone ? 0.8 : 0.05));
-      if (!alone) CHECK(tally.steps > 10);
-    }
+    INFO(table->isa);
+    Scene scene(lattice_ball(9), {look_of(4)}, SnowShape::smooth, walking(nowhere), table->trace);
+    const Tally tally = follow(scene, 300000, 201, [](const RayStream&, std::size_t) {});
+    check_even(scene, tally);
+    CHECK(tally.in_kernel > 0.8);
+    INFO(tally.lit_error << " lit too many, +- " << std::sqrt(tally.lit_variance));
+    CHECK(tally.lit_variance > 1e4);
+    CHECK(std::fabs(tally.lit_error) < 4 * std::sqrt(tally.lit_variance));
+    CHECK(tally.out_of_order == 0);
+  }
+}
+
+TEST_CASE("walks that are lit or scatter as often as they may come back and can be followed on") {
+  const float always[8] = {1, 1, 1, 1, 1, 1, 1, 1}, never[8] = {};
+  for (const bool lit : {true, false}) {
+    Scene scene(lattice_ball(9), {look_of(4)}, SnowShape::smooth, walking(nowhere));
+    scene.medium.lit = lit ? always : never;
+    if (!lit) scene.medium.most_scattered = 3;
+    const Tally tally = follow(scene, 300000, 208, [&](const RayStream& rays, std::size_t i) {
+      REQUIRE(rays.scattered(i) <= static_cast<int>(lit ? kernels::kMostLit : 3));
+    });
+    check_even(scene, tally);
+    CHECK(tally.steps > 3);
+    CHECK(tally.out_of_order == 0);
+    if (lit) CHECK(tally.lit_error == 0);  // all are
   }
 }
 
@@ -153,7 +191,7 @@ TEST_CASE("walks come back to the caller where something else than snow may be o
     ++stopped;
     wrong += (rays.hit(i) & kernels::kUnlit) == 0;
     // A flight from open cells to open cells has passed no others, the border being flat.
-    const bool tired = rays.scattered(i) >= static_cast<int>(kernels::kMostScattered);
+    const bool tired = rays.scattered(i) >= static_cast<int>(scene.medium.most_scattered);
     wrong += rays.scattered(i) > 0 && !tired && rays.at_hit(i).x() < open * 0.99999f;
   });
   check_even(scene, tally);
@@ -174,7 +212,8 @@ TEST_CASE("rays to which all of the extinction counts collide as ever among walk
   const auto keys = keys_of(walks.size(), 205);
   std::vector<float> share(walks.size(), 1.f);
   for (std::size_t i = 0; i < share.size(); i += 2) share[i] = kShare;
-  scene.kernels.wander(scene.field.view(), scene.medium, walks.walks(), keys.data(), share.data(), 0,
+  LitCollisions lit;
+  scene.kernels.wander(scene.field.view(), scene.medium, walks.walks(lit), keys.data(), share.data(), 0,
                        walks.size());
   scene.collide(plain, keys);
   for (std::size_t i = 1; i < share.size(); i += 2) {
@@ -195,18 +234,21 @@ TEST_CASE("walks have the same bits on v3 and v4 and for any split") {
       RayStream rays = entering(around_snow(scene), 5000, 206);
       const auto keys = keys_of(rays.size(), 207);
       const std::vector<float> share(rays.size(), kShare);
+      LitCollisions lit;
+      const kernels::WalkView view = rays.walks(lit);
       for (std::size_t begin = 0; begin < rays.size(); begin += part)
-        scene.kernels.wander(scene.field.view(), scene.medium, rays.walks(), keys.data(), share.data(), begin,
+        scene.kernels.wander(scene.field.view(), scene.medium, view, keys.data(), share.data(), begin,
                              std::min(begin + part, rays.size()));
       std::uint64_t hash = 0;
+      for (const kernels::LitCollision& one : lit.all()) {  // of one ray in order, among one another in any
+        std::uint64_t its = hash_keys(one.ray, one.scattered);
+        for (const float p : one.p) its = hash_keys(its, std::bit_cast<std::uint32_t>(p));
+        hash += its;
+      }
       for (std::size_t i = 0; i < rays.size(); ++i) {
         const Vec3f o = rays.origin(i), d = rays.direction(i);
         const float numbers[7] = {o[0], o[1], o[2], d[0], d[1], d[2], rays.t(i)};
-        for (const float one : numbers) {
-          std::uint32_t bits;
-          std::memcpy(&bits, &one, sizeof bits);
-          hash = hash_keys(hash, bits);
-        }
+        for (const float one : numbers) hash = hash_keys(hash, std::bit_cast<std::uint32_t>(one));
         hash = hash_keys(hash, rays.hit(i), static_cast<std::uint64_t>(rays.scattered(i)));
       }
       hashes.push_back(hash);
