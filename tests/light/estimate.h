@@ -24,7 +24,6 @@ Estimate radiance_along(RenderSetup setup, const Snapshot& snapshot, const Vec3&
 class Scores {
  public:
   void add(double measured, double expected, double error) { z_.push_back((measured - expected) / error); }
-  void add(const Scores& more) { z_.insert(z_.end(), more.z_.begin(), more.z_.end()); }
   std::size_t size() const { return z_.size(); }
   double rms() const;
   double largest() const;
