@@ -32,7 +32,7 @@ Choice choice_of(const RenderSetup& setup, const Made& path, const Made& bidirec
 }
 
 RenderSetup lamp_over_floor(bool to_the_ceiling) {
-  RenderSetup setup = empty_setup(Vec3(0, 0.5, 1.5), Vec3(0, 0.3, 0), 40, 24, 16, 8);
+  RenderSetup setup = empty_setup(Vec3(0, 0.5, 1.5), Vec3(0, 0.3, 0), 40, 64, 16, 8);
   const int white = add_surface(setup, SurfaceKind::diffuse, 0.7f);
   for (const double height : {-0.05, 1.05}) {
     Shape box;
