@@ -16,7 +16,7 @@ constexpr double kTurn = 1;
 constexpr double kPixels = 64;  // of a small picture
 constexpr int kSamples = 4;     // a pixel of it: light that comes evenly is stratified, as in the large one
 constexpr int kGlance = 2, kMost = 64;  // pictures of each integrator
-constexpr double kBudget = 0.01;        // of the work of the large picture, for the longer look
+constexpr double kBudget = 0.005;       // of the work of the large picture, for the longer look
 constexpr double kTooDear = 0.05;  // of that work, for a single small picture: the large one is not worth it
 constexpr double kClear = 2;       // times the work: no need to look longer
 constexpr double kBetter = 0.9;    // times the work of the first that another must do with
