@@ -20,7 +20,7 @@ SCENES = Path(__file__).resolve().parent / "integrators"
 SAMPLES = {
     "sun_on_slab": {"path": 32, "bidirectional": 4, "light": 8},
     "ball_lit_from_behind": {"path": 64, "bidirectional": 8, "light": 32},
-    "lamp_in_cave": {"path": 8, "bidirectional": 1, "light": 8},
+    "lamp_in_cave": {"path": 16, "bidirectional": 1, "light": 8},
     "snowball_in_cornell_box": {"path": 32, "bidirectional": 4, "light": 32},
     "lamp_to_ceiling": {"path": 64, "bidirectional": 32, "light": 64},
 }

@@ -173,12 +173,10 @@ int preview(int argc, char** argv) {
 int sphere(int argc, char** argv) {
   firn::bench::SphereOptions o;
   Options options;
-  options.takes = {{"--integrator", word(o.integrator)},
-                   {"--samples", number("--samples", o.samples)},
-                   {"--threads", number("--threads", o.threads)},
-                   {"--isa", word(o.isa)},
-                   {"--repeats", number("--repeats", o.repeats)},
-                   {"--json", word(o.json)}};
+  options.takes = {
+      {"--integrator", word(o.integrator)},          {"--samples", number("--samples", o.samples)},
+      {"--threads", number("--threads", o.threads)}, {"--isa", word(o.isa)},
+      {"--repeats", number("--repeats", o.repeats)}, {"--json", word(o.json)}};
   options.read(argc, argv);
   firn::bench::run_sphere(o);
   return 0;
@@ -208,10 +206,9 @@ int main(int argc, char** argv) {
     std::fputs(kUsage, stdout);
     return 0;
   }
-  const std::map<std::string, int (*)(int, char**)> commands = {{"sim", sim},         {"kernels", kernels},
-                                                                {"resting", resting}, {"trace", trace},
-                                                                {"medium", medium},   {"preview", preview},
-                                                                {"sphere", sphere}};
+  const std::map<std::string, int (*)(int, char**)> commands = {
+      {"sim", sim},       {"kernels", kernels}, {"resting", resting}, {"trace", trace},
+      {"medium", medium}, {"preview", preview}, {"sphere", sphere}};
   const auto command = commands.find(argc < 2 ? "" : argv[1]);
   if (command == commands.end()) {
     std::fputs(kUsage, stderr);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // firn-bench sphere: a sphere of the homogeneous medium that pbrt-v3 takes where a file names none (2.55 3.21
-// 3.77 scatterings and 0.0011 0.0024 0.014 absorptions a unit of length, even phase function), of radius 1, lit by
-// a ball and seen whole by 128 x 128 pixels. A path is one camera sample with its light subpath; subpaths
-// scatter up to 50 times from the camera and 15 times from the light.
+// 3.77 scatterings and 0.0011 0.0024 0.014 absorptions a unit of length, even phase function), of radius 1,
+// lit by a ball and seen whole by 128 x 128 pixels. A path is one camera sample with its light subpath;
+// subpaths scatter up to 50 times from the camera and 15 times from the light.
 #include "bench/sphere.h"
 
 #include <tbb/global_control.h>
@@ -69,9 +69,10 @@ void run_sphere(const SphereOptions& options) {
                  {"threads", options.threads},
                  {"isa", kernels.isa}};
   add_provenance(report);
-  std::printf("sphere, %d x %d, %d samples, %s, %d threads, %s: %.3f M paths/s, %.2f rays a path, mean %.5f\n", kSize,
-              kSize, options.samples, options.integrator.c_str(), options.threads, kernels.isa,
-              1e-6 * paths / best.seconds(), static_cast<double>(stats.rays) / paths, mean);
+  std::printf(
+      "sphere, %d x %d, %d samples, %s, %d threads, %s: %.3f M paths/s, %.2f rays a path, mean %.5f\n", kSize,
+      kSize, options.samples, options.integrator.c_str(), options.threads, kernels.isa,
+      1e-6 * paths / best.seconds(), static_cast<double>(stats.rays) / paths, mean);
   if (!options.json.empty()) write_json(report, options.json);
 }
 

@@ -74,7 +74,8 @@ inline double portable_exp(double x) {
   const double z = r * r;
   double even = 1.0 / 479001600, odd = 1.0 / 6227020800;
   for (const double c : {1.0 / 3628800, 1.0 / 40320, 1.0 / 720, 1.0 / 24, 0.5, 1.0}) even = even * z + c;
-  for (const double c : {1.0 / 39916800, 1.0 / 362880, 1.0 / 5040, 1.0 / 120, 1.0 / 6, 1.0}) odd = odd * z + c;
+  for (const double c : {1.0 / 39916800, 1.0 / 362880, 1.0 / 5040, 1.0 / 120, 1.0 / 6, 1.0})
+    odd = odd * z + c;
   const double sum = even + r * odd;
   const int half = static_cast<int>(n) / 2;
   return sum * power_of_two(half) * power_of_two(static_cast<int>(n) - half);

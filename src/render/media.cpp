@@ -109,7 +109,8 @@ MediumSet::Flight MediumSet::fly(const Vec3f& o, const Vec3f& d, float reach, st
   Vec3 depth = Vec3::Zero();
   for (std::size_t i = 0; i < media_.size(); ++i)
     cross(i < kKeptSpans ? spans[i] : span_of(i), flight.t, media_[i], depth);
-  flight.weight = weight(depth, flight.medium < 0 ? nullptr : &media_[static_cast<std::size_t>(flight.medium)]);
+  flight.weight =
+      weight(depth, flight.medium < 0 ? nullptr : &media_[static_cast<std::size_t>(flight.medium)]);
   return flight;
 }
 

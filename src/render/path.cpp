@@ -42,15 +42,16 @@ Ways ways_of(const ImageSettings& image) {
 
 Similarity similarity_of(const ImageSettings& image) {
   if (image.reference) return Similarity::never;
-  const bool both_ends = image.integrator == Integrator::bidirectional || image.integrator == Integrator::light;
+  const bool both_ends =
+      image.integrator == Integrator::bidirectional || image.integrator == Integrator::light;
   return both_ends ? Similarity::by_depth : Similarity::by_collisions;
 }
 
 TilePaths::TilePaths(const View& view)
     : view_(view), ways_(ways_of(view.setup.image)), reduced_share_(1 - view.grains.of(0, false).g) {}
 
-Work TilePaths::trace(const Tile& tile, std::uint32_t first, std::uint32_t last,
-                      const PixelSet& wanted, Film& film) {
+Work TilePaths::trace(const Tile& tile, std::uint32_t first, std::uint32_t last, const PixelSet& wanted,
+                      Film& film) {
   work_ = {};
   start_paths(tile, first, last, wanted);
   if (ways_.light_vertices > 1) walk_lights(film);

@@ -10,14 +10,16 @@
 namespace firn {
 namespace {
 
-// A turn of `wander`, its flight included, beside a ray with its shading. Measured: docs/decisions/018-auto.md.
+// A turn of `wander`, its flight included, beside a ray with its shading. Measured:
+// docs/decisions/018-auto.md.
 constexpr double kTurn = 1;
-constexpr double kPixels = 128;       // of a small picture
-constexpr int kSamples = 4;           // a pixel of it: light that comes evenly is stratified, as in the large one
+constexpr double kPixels = 64;  // of a small picture
+constexpr int kSamples = 4;     // a pixel of it: light that comes evenly is stratified, as in the large one
 constexpr int kGlance = 2, kMost = 64;  // pictures of each integrator
-constexpr double kBudget = 0.01;      // of the work of the large picture, for the longer look
-constexpr double kClear = 2;          // times the work: no need to look longer
-constexpr double kBetter = 0.9;       // times the work of the first that another must do with
+constexpr double kBudget = 0.005;       // of the work of the large picture, for the longer look
+constexpr double kTooDear = 0.05;  // of that work, for a single small picture: the large one is not worth it
+constexpr double kClear = 2;       // times the work: no need to look longer
+constexpr double kBetter = 0.9;    // times the work of the first that another must do with
 
 ImageSettings small(const ImageSettings& image, Integrator integrator) {
   ImageSettings pilot = image;
@@ -79,7 +81,8 @@ int more_pictures(const Pilot& pilot, double budget) {
 
 std::string told(const Pilot& taken, const Pilot& left, double times) {
   char text[160];
-  std::snprintf(text, sizeof text, "%s takes %.2f times the work for the same error, by %d and %d small pictures",
+  std::snprintf(text, sizeof text,
+                "%s takes %.2f times the work for the same error, by %d and %d small pictures",
                 name_of(left.integrator()), times, left.pictures(), taken.pictures());
   return text;
 }
@@ -112,18 +115,23 @@ Choice choose_integrator(const RenderSetup& setup, const Shoot& shoot) {
   Pilot best(setup, all.front());
   best.look(kGlance, shoot);
   const double paths = static_cast<double>(setup.image.width) * setup.image.height * setup.image.samples;
-  const double budget = kBudget * paths * best.work_of_path();
+  const double whole = paths * best.work_of_path(), budget = kBudget * whole;
   std::string why;
   for (std::size_t k = 1; k < all.size(); ++k) {
     Pilot other(setup, all[k]);
-    other.look(kGlance, shoot);
+    if (!why.empty()) why += "; ";
+    other.look(1, shoot);
+    if (other.work() > kTooDear * whole) {
+      why += std::string(name_of(all[k])) + " is too slow to be tried for so small a picture";
+      continue;
+    }
+    other.look(kGlance - 1, shoot);
     if (other.cost() < kClear * best.cost()) {
       other.look(more_pictures(other, budget), shoot);
       best.look(more_pictures(best, budget), shoot);
     }
     const double times = other.cost() / best.cost();
     const bool better = times < kBetter;
-    if (!why.empty()) why += "; ";
     why += better ? told(other, best, 1 / times) : told(best, other, times);
     if (better) best = other;
   }

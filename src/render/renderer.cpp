@@ -22,9 +22,9 @@
 namespace firn {
 namespace {
 
-constexpr int kTile = 32;                     // pixels
-constexpr int kSmallTile = 4;                 // of a pilot's pictures, so that all threads have some
-constexpr std::uint32_t kSamplesAtOnce = 16;  // a pixel; bounds the memory of a tile
+constexpr int kTile = 32;                    // pixels
+constexpr int kSmallTile = 4;                // of a pilot's pictures, so that all threads have some
+constexpr std::uint32_t kSamplesAtOnce = 8;  // a pixel; bounds the memory of a tile
 
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) {

@@ -23,9 +23,9 @@ struct RenderStats {
   double field_seconds = 0;  // the latter
   double trace_seconds = 0;
   PreviewTimes preview;
-  double mean_samples = 0;  // a pixel
-  std::uint64_t rays = 0;   // primary + shadow + bounce
-  std::uint64_t turns = 0;  // as in Work
+  double mean_samples = 0;   // a pixel
+  std::uint64_t rays = 0;    // primary + shadow + bounce
+  std::uint64_t turns = 0;   // as in Work
   double pilot_seconds = 0;  // that the choice took; its rays are not among those above
   Choice choice;             // which integrator it is by
   std::size_t grid_bytes = 0;

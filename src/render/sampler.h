@@ -23,8 +23,8 @@ constexpr std::uint32_t reverse_bits(std::uint32_t x) {
   return ((x & 0xaaaaaaaau) >> 1) | ((x & 0x55555555u) << 1);
 }
 
-// A random binary tree of swaps, applied to the digits of x from its last bit on: an Owen scramble keeps every
-// dyadic stratum.
+// A random binary tree of swaps, applied to the digits of x from its last bit on: an Owen scramble keeps
+// every dyadic stratum.
 constexpr std::uint32_t scramble_reversed(std::uint32_t x, std::uint32_t seed) {
   x ^= x * 0x3d20adeau;
   x += seed;
@@ -34,8 +34,8 @@ constexpr std::uint32_t scramble_reversed(std::uint32_t x, std::uint32_t seed) {
   return x;
 }
 
-// Second Sobol dimension, bits reversed: digit j is the sum modulo 2 of the index's bits i with C(i, j) odd, that
-// is i a superset of j. The first, reversed, is the index itself.
+// Second Sobol dimension, bits reversed: digit j is the sum modulo 2 of the index's bits i with C(i, j) odd,
+// that is i a superset of j. The first, reversed, is the index itself.
 constexpr std::uint32_t sobol_second_reversed(std::uint32_t index) {
   index ^= (index >> 1) & 0x55555555u;
   index ^= (index >> 2) & 0x33333333u;

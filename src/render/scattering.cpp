@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "src/render/directions.h"
+#include "src/render/facet_energy.h"
 
 namespace firn {
 namespace {
@@ -70,20 +71,33 @@ struct Facet {
   bool valid;
 };
 
+// Light that leaves after more than one facet, spread by what one facet loses (Kulla & Conty 2017).
+Vec3f evaluate_more(const SurfacePoint& surface, const Facet& facet) {
+  const float mean = mean_facet_energy(surface.roughness);
+  if (!(mean < 1)) return Vec3f::Zero();
+  const float lost = (1 - facet_energy(surface.roughness, facet.o.z())) *
+                     (1 - facet_energy(surface.roughness, facet.i.z())) / (kPi * (1 - mean));
+  const Vec3f once =
+      (Vec3f::Ones() + 20 * surface.albedo) / 21;  // mean of Schlick's term over the hemisphere
+  return lost * once.array().square() * mean / (1 - once.array() * (1 - mean));
+}
+
 Vec3f evaluate_glossy(const SurfacePoint& surface, const Vec3f& wo, const Vec3f& wi) {
   const Facet facet(surface, wo, wi);
   if (!facet.valid) return Vec3f::Zero();
   const float alpha = alpha_of(surface);
   const float g2 = 1 / (1 + smith(alpha, facet.o) + smith(alpha, facet.i));
   return schlick(surface.albedo, std::min(facet.o.dot(facet.m), 1.f)) *
-         (facets(alpha, facet.m) * g2 / (4 * facet.o.z() * facet.i.z()));
+             (facets(alpha, facet.m) * g2 / (4 * facet.o.z() * facet.i.z())) +
+         evaluate_more(surface, facet);
 }
 
 float density_glossy(const SurfacePoint& surface, const Vec3f& wo, const Vec3f& wi) {
   const Facet facet(surface, wo, wi);
   if (!facet.valid) return 0;
-  const float alpha = alpha_of(surface);
-  return facets(alpha, facet.m) / (4 * facet.o.z() * (1 + smith(alpha, facet.o)));
+  const float alpha = alpha_of(surface), once = facet_energy(surface.roughness, facet.o.z());
+  return once * facets(alpha, facet.m) / (4 * facet.o.z() * (1 + smith(alpha, facet.o))) +
+         (1 - once) * facet.i.z() / kPi;
 }
 
 // ---- What scatter() does for each kind
@@ -101,13 +115,17 @@ bool scatter_mirror(const SurfacePoint& surface, const Vec3f& wo, Scattered& out
   return true;
 }
 
-bool scatter_glossy(const SurfacePoint& surface, const Vec3f& wo, Sample2 at, Scattered& out) {
+bool scatter_glossy(const SurfacePoint& surface, const Vec3f& wo, float choice, Sample2 at, Scattered& out) {
   const Side side(surface, wo);
   const Vec3f o = Facet::toward(side.n, wo);
   if (!(o.z() > 0)) return false;
-  const Vec3f m = visible_facet(alpha_of(surface), o, at), i = (2 * o.dot(m) * m - o).normalized();
-  if (!(i.z() > 0)) return false;
-  out.direction = around(side.n, i.x(), i.y(), i.z()).normalized();
+  if (choice < facet_energy(surface.roughness, o.z())) {
+    const Vec3f m = visible_facet(alpha_of(surface), o, at), i = (2 * o.dot(m) * m - o).normalized();
+    if (!(i.z() > 0)) return false;
+    out.direction = around(side.n, i.x(), i.y(), i.z()).normalized();
+  } else {
+    out.direction = cosine_direction(side.n, at);
+  }
   out.pdf = density_glossy(surface, wo, out.direction);
   out.pdf_reverse = density_glossy(surface, out.direction, wo);
   out.specular = false;
@@ -151,7 +169,7 @@ bool scatter(const SurfacePoint& surface, const Vec3f& wo, float choice, Sample2
     case SurfaceKind::mirror:
       return scatter_mirror(surface, wo, out);
     case SurfaceKind::glossy:
-      return scatter_glossy(surface, wo, at, out);
+      return scatter_glossy(surface, wo, choice, at, out);
     case SurfaceKind::dielectric:
       return scatter_dielectric(surface, wo, choice, carries, out);
     case SurfaceKind::emission:

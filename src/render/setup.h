@@ -38,8 +38,8 @@ struct Camera {
 // What of the snow a ray meets: an implicit surface of the particles, or each as a ball.
 enum class SnowShape { smooth, spheres };
 
-// Which ways of finding light there are (path.h); for speed, estimates in their place (preview.h); or whichever
-// of the first three does best (pilot.h).
+// Which ways of finding light there are (path.h); for speed, estimates in their place (preview.h); or
+// whichever of the first three does best (pilot.h).
 enum class Integrator { bidirectional, path, light, preview, automatic };
 enum class SamplerKind { sobol, independent };
 

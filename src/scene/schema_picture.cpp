@@ -68,14 +68,15 @@ TableSpec image_table() {
         {.choices = {"smooth", "spheres"},
          .meaning =
              "what of the snow is seen: a smooth surface around the particles, or each of them as a ball"});
-  t.key("integrator", &I::integrator,
-        {.choices = {"bidirectional", "path", "light", "preview", "auto"},  // in the order of enum Integrator
-         .meaning =
-             "how light is found: from the camera and from the lights, from the camera alone, from the "
-             "lights alone (which cannot see what is behind a mirror); preview: estimates without noise, "
-             "many frames a second: one ray through the middle of a pixel, so that samples, bounces, "
-             "snow_light, lens, shutter and denoise do not count; auto: whichever of the first three needs the "
-             "least work for the same error, found for each frame by small pictures"});
+  t.key(
+      "integrator", &I::integrator,
+      {.choices = {"bidirectional", "path", "light", "preview", "auto"},  // in the order of enum Integrator
+       .meaning =
+           "how light is found: from the camera and from the lights, from the camera alone, from the "
+           "lights alone (which cannot see what is behind a mirror); preview: estimates without noise, "
+           "many frames a second: one ray through the middle of a pixel, so that samples, bounces, "
+           "snow_light, lens, shutter and denoise do not count; auto: whichever of the first three needs the "
+           "least work for the same error, found for each frame by small pictures"});
   t.key(
       "snow_light", &I::snow_light,
       {.choices = {"inside", "surface"},

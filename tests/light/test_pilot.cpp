@@ -15,7 +15,8 @@ struct Made {
   double deviation;    // of a value
   std::uint64_t rays;  // a picture
 };
-Choice choice_of(const RenderSetup& setup, const Made& path, const Made& bidirectional, int* taken = nullptr) {
+Choice choice_of(const RenderSetup& setup, const Made& path, const Made& bidirectional,
+                 int* taken = nullptr) {
   return choose_integrator(setup, [&](const ImageSettings& image, std::uint64_t seed) {
     const Made& made = image.integrator == Integrator::path ? path : bidirectional;
     Shot shot;
@@ -23,14 +24,15 @@ Choice choice_of(const RenderSetup& setup, const Made& path, const Made& bidirec
     shot.picture.width = image.width;
     shot.picture.height = image.height;
     for (int i = 0; i < 3 * image.width * image.height; ++i)
-      shot.picture.rgb.push_back(1 + static_cast<float>(made.deviation) * (uniform_float(hash_keys(seed, i)) - 0.5f));
+      shot.picture.rgb.push_back(1 + static_cast<float>(made.deviation) *
+                                         (uniform_float(hash_keys(seed, i)) - 0.5f));
     if (taken) ++*taken;
     return shot;
   });
 }
 
 RenderSetup lamp_over_floor(bool to_the_ceiling) {
-  RenderSetup setup = empty_setup(Vec3(0, 0.5, 1.5), Vec3(0, 0.3, 0), 40, 24, 16, 8);
+  RenderSetup setup = empty_setup(Vec3(0, 0.5, 1.5), Vec3(0, 0.3, 0), 40, 64, 16, 8);
   const int white = add_surface(setup, SurfaceKind::diffuse, 0.7f);
   for (const double height : {-0.05, 1.05}) {
     Shape box;
@@ -39,8 +41,8 @@ RenderSetup lamp_over_floor(bool to_the_ceiling) {
     add_object(setup, box, white);
   }
   const Vec3 across(0.1, 0, 0), along(0, 0, 0.1);
-  setup.lights.push_back(QuadLight{Vec3(0, 0.9, 0), to_the_ceiling ? along : across, to_the_ceiling ? across : along,
-                                   Vec3f::Constant(10)});
+  setup.lights.push_back(QuadLight{Vec3(0, 0.9, 0), to_the_ceiling ? along : across,
+                                   to_the_ceiling ? across : along, Vec3f::Constant(10)});
   setup.image.integrator = Integrator::automatic;
   return setup;
 }
@@ -55,7 +57,8 @@ TEST_CASE("auto takes who needs less work for the same error, path where it hard
   CHECK(choice_of(setup, {0, 1000}, {0, 10}).integrator == Integrator::path);  // no noise at all
 }
 
-TEST_CASE("auto looks longer only where a glance does not tell, and not longer than the picture is worth", "[light]") {
+TEST_CASE("auto looks longer only where a glance does not tell, and not longer than the picture is worth",
+          "[light]") {
   RenderSetup setup = empty_setup(Vec3(0, 0, 1), Vec3::Zero(), 30, 64, 256, 8);
   int clear = 0, close = 0, small = 0;
   choice_of(setup, {0.1, 1000}, {0.2, 1000}, &clear);
@@ -77,8 +80,9 @@ TEST_CASE("light tracing is a candidate only where its subpaths can be all of th
   CHECK(candidates(setup).size() == 2);
 }
 
-TEST_CASE("auto takes light from both ends for a lamp that shines on the ceiling, path for one over the floor",
-          "[light]") {
+TEST_CASE(
+    "auto takes light from both ends for a lamp that shines on the ceiling, path for one over the floor",
+    "[light]") {
   for (const bool to_the_ceiling : {false, true}) {
     Renderer renderer(*supported_kernels().back(), lamp_over_floor(to_the_ceiling));
     Picture picture;
