@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "src/render/renderer.h"
 
-
 #include <algorithm>
 #include <chrono>
 #include <mutex>
