@@ -56,7 +56,7 @@ class SnowField {
   // least d deep if for some n up to 8 it and all cells within n of it (Chebyshev) are snow of at least d / n
   // each. by_depth: class 1 are cells at least 5 mean free paths deep, enough for similarity, so that their
   // extinction is reduced. by_collisions: classes 1 to 5 begin at 0.4, 0.8, 1.6, 3 and 5 reduced mean free
-  // paths, and nothing is reduced but by the rays' share. Thick are cells within 8 of one of class 4.
+  // paths, and nothing is reduced but by the rays' share. Thick are cells within 12 of one of class 4.
   kernels::MediumField medium(const SnowOptics& optics);
 
   // Unit normal, outward, at a point (render space) of the surface, from the fill's gradient; `otherwise`

@@ -21,6 +21,9 @@ constexpr float kSimilar = 5;                          // mean free paths
 constexpr float kDepths[] = {0.4f, 0.8f, 1.6f, 3, 5};  // reduced mean free paths, where classes begin
 constexpr std::size_t kMostLayers = 8;                 // cells; where more would be needed, none is deep
 constexpr int kThick = 4;                              // the class of which there is some in thick snow
+// Cells. Farther than the layers that make a cell of that class, for they are cubes: on a round body the snow
+// before the middle of a cube's side reaches beyond it.
+constexpr std::size_t kThickReach = 12;
 
 // by_collisions: the chance that a collision is connected to lights, by the class of its cell's depth. What
 // arrives there directly fades as exp(-depth), and the best chance by its root.
@@ -164,7 +167,7 @@ void SnowField::find_depths(const std::vector<float>& density, const SnowOptics&
     if (std::all_of(deep.begin(), deep.end(), [](std::uint64_t cells) { return cells == 0; })) return;
     mark_depth(deep, 1);
     if (its != kThick) continue;
-    change_cells(Change::dilate, kMostLayers, beside, deep);
+    change_cells(Change::dilate, kThickReach, beside, deep);
     mark_depth(deep, kernels::kThickSnow);
   }
 }
