@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What shading asks about many points of the snow's surface at once. In and out: columns, one entry a point.
-// Neighbours in the columns should be neighbours in space: points of a block of pixels are. What a point gets
-// does not depend on the others.
+// What shading asks about many points at once. In and out: columns, one entry a point. Neighbours in the
+// columns should be neighbours in space: points of a block of pixels are. What a point gets does not depend
+// on the others.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -57,6 +57,33 @@ struct Pinhole {
   double pixel;                          // side of a pixel at distance 1
 };
 
+// Which random numbers of which paths: src/render/sampler.h.
+struct DrawView {
+  const std::uint64_t* key;       // of the path's Sampler
+  const std::uint32_t* sample;    // of its pixel
+  const std::uint32_t* number;    // which of its pairs
+  std::uint32_t within, ordered;  // pairs with (number & within) < ordered are of low discrepancy
+};
+
+// Lights at infinity, chosen by strength: first the suns, then the sky.
+struct DistantSun {
+  float direction[3], side[3], up[3];  // unit, a frame
+  float spread;                        // 1 - cos(angular radius)
+  float strength;
+};
+// A sky's directions as rows and columns of equal solid angle: src/render/sky.h. The chances of the rows and
+// of the cells of each row, summed up to and with each.
+struct SkyTable {
+  const float *until_row = nullptr, *until_cell = nullptr;
+  int rows = 0, columns = 1;  // rows: 0 if it is black
+};
+struct DistantLights {
+  const DistantSun* suns = nullptr;
+  std::size_t sun_count = 0;
+  SkyTable sky;
+  float strength = 0;  // of all
+};
+
 struct ShadeKernels {
   // Of the middle of each pixel the unit direction, and the radius of what the pixel sees there at 1 m
   // across the ray (m): half the root of its solid angle.
@@ -75,6 +102,15 @@ struct ShadeKernels {
   // 0 for points where no facet shines: the others are few, and may.
   void (*may_glint)(const FacetCells&, const GlintView&, std::size_t begin, std::size_t end,
                     std::uint8_t* glints) = nullptr;
+  // The pairs of random numbers with `plus` added to their own numbers; in [0, 1).
+  void (*pairs)(const DrawView&, std::uint32_t plus, std::size_t begin, std::size_t end, float* u,
+                float* v) = nullptr;
+  // The same as keys of more random numbers.
+  void (*keys)(const DrawView&, std::uint32_t plus, std::size_t begin, std::size_t end,
+               std::uint64_t* key) = nullptr;
+  // Unit directions to lights, chosen by `choice`, to the place of them that u and v say; all in [0, 1).
+  void (*distant_directions)(const DistantLights&, const float* choice, const float* u, const float* v,
+                             std::size_t begin, std::size_t end, float* const direction[3]) = nullptr;
 };
 
 }  // namespace firn::kernels

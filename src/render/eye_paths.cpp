@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Eye subpaths: they leave the camera, come upon lights, and are connected to lights and light subpaths.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -12,6 +13,7 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 // What snow looks like to a denoiser.
 constexpr float kSnowAlbedo = 0.9f;
+constexpr std::size_t kAskAtOnce = 2048;  // collisions: their columns stay in the second cache level
 
 }  // namespace
 
@@ -39,19 +41,41 @@ void TilePaths::walk_eyes() {
 
 // Where the flights scattered on their way.
 void TilePaths::light_walks() {
-  for (const kernels::LitCollision& lit : lit_collisions_.all()) {
-    const Subpath& subpath = subpath_of(lit.ray);
-    const int times = walked_times(lit.scattered);
-    Vertex vertex;
-    vertex.place = subpath.vertices + times;
-    if (vertex.place > ways_.eye_vertices) continue;
-    vertex.p = {lit.p[0], lit.p[1], lit.p[2]};
-    vertex.beta = subpath.beta;
-    vertex.ice = subpath.ice;
-    vertex.lit = view_.world.snow.lit[walked_class(lit.scattered)];
-    scatter_evenly(times, vertex.beta, vertex.ice);
-    sample_light(subpath, vertex);
+  const std::span<const kernels::LitCollision> all = lit_collisions_.all();
+  for (std::size_t k = 0; k < all.size(); k += kAskAtOnce)
+    light_walks(all.subspan(k, std::min(kAskAtOnce, all.size() - k)));
+}
+
+void TilePaths::light_walks(std::span<const kernels::LitCollision> lit) {
+  light_asks_.clear();
+  for (std::size_t k = 0; k < lit.size(); ++k) {
+    const Subpath& subpath = subpath_of(lit[k].ray);
+    const int place = subpath.vertices + walked_times(lit[k].scattered);
+    if (place > ways_.eye_vertices) continue;
+    light_asks_.push(paths_[subpath.path].random, kEyes + pair_of(place, kChoiceOfLight),
+                     {lit[k].p[0], lit[k].p[1], lit[k].p[2]}, static_cast<std::uint32_t>(k));
   }
+  light_asks_.send(view_.world, view_.shade, kWalkLinks, reduced_share_);
+  work_.rays += light_asks_.size();
+  for (std::size_t i = 0; i < light_asks_.size(); ++i) {
+    LightSample light;
+    if (light_asks_.through(i).isZero() || !light_asks_.light(view_.world.lights, i, light)) continue;
+    const kernels::LitCollision& its = lit[light_asks_.whose(i)];
+    const Subpath& subpath = subpath_of(its.ray);
+    add(bring(subpath, walk_vertex(subpath, its), light), light_asks_.through(i));
+  }
+}
+
+TilePaths::Vertex TilePaths::walk_vertex(const Subpath& subpath, const kernels::LitCollision& lit) const {
+  const int times = walked_times(lit.scattered);
+  Vertex vertex;
+  vertex.place = subpath.vertices + times;
+  vertex.p = {lit.p[0], lit.p[1], lit.p[2]};
+  vertex.beta = subpath.beta;
+  vertex.ice = subpath.ice;
+  vertex.lit = view_.world.snow.lit[walked_class(lit.scattered)];
+  scatter_evenly(times, vertex.beta, vertex.ice);
+  return vertex;
 }
 
 void TilePaths::visit(std::size_t ray) {
@@ -112,17 +136,22 @@ void TilePaths::sample_light(const Subpath& subpath, const Vertex& vertex) {
   if (!view_.world.lights.sample(vertex.p, choice.u,
                                  random.pair(kEyes + pair_of(vertex.place, kPointOfLight)), light))
     return;
+  link(vertex.start(light.direction), light.direction, light.distance, bring(subpath, vertex, light));
+}
+
+// What the light brings to a vertex that asked for it.
+TilePaths::Brings TilePaths::bring(const Subpath& subpath, const Vertex& vertex,
+                                   const LightSample& light) const {
   const float cosine = vertex.cosine(light.direction);
   const double found = vertex.density(vertex.back, light.direction) / (light.pdf * counted(vertex.lit));
   const double others =
       found * found + subpath.trail.others(light.pdf_emit * cosine / (light.pdf * light.cosine),
                                            vertex.density(light.direction, vertex.back),
                                            ways_.light_vertices - 1);
-  const Vec3f bring =
+  const Vec3f brought =
       vertex.beta.cwiseProduct(vertex.scattered(light.direction)).cwiseProduct(light.radiance) *
       (cosine / (light.pdf * vertex.lit) * static_cast<float>(1 / (1 + others)));
-  link(vertex.start(light.direction), light.direction, light.distance,
-       {subpath.path, bring, vertex.ice, 0, 0});
+  return {subpath.path, brought, vertex.ice, 0, 0};
 }
 
 void TilePaths::connect(const Subpath& subpath, const Vertex& eye) {

@@ -47,6 +47,9 @@ struct World {
   bool walks() const { return similarity == Similarity::by_collisions; }  // rays of share < 1 do
 };
 
+// Of the way between two points, so as not to meet the farther one's surface.
+inline constexpr float kShort = 1 - 1e-4f;
+
 // What flights know of each ray beside its geometry.
 struct RayMarks {
   std::vector<std::uint64_t> key;  // makes its random numbers

@@ -55,6 +55,12 @@ void LightSet::add_sun(const SunLight& light) {
   const Vec3f radiance = light.irradiance / static_cast<float>(spread * (2 - spread) * pi);
   suns_.push_back({light.direction.normalized().cast<float>(), radiance, static_cast<float>(spread),
                    static_cast<float>(radiance.sum() * 2 * pi * spread)});
+  const Sun& sun = suns_.back();
+  kernels::DistantSun& lanes = distant_suns_.emplace_back();
+  lanes.spread = sun.spread, lanes.strength = sun.strength;
+  Eigen::Map<Vec3f>(lanes.direction) = sun.direction;
+  Eigen::Map<Vec3f>(lanes.side) = around(sun.direction, 1, 0, 0);
+  Eigen::Map<Vec3f>(lanes.up) = around(sun.direction, 0, 1, 0);
 }
 
 void LightSet::place(const Vec3& origin, const Vec3& center, float radius) {
@@ -99,6 +105,25 @@ bool LightSet::sample(const Vec3f& p, float choice, Sample2 at, LightSample& out
   out.pdf_emit = crosses_disc(p, out.direction) ? density / total_power_ : 0;
   out.cosine = 1;
   return out.pdf > 0;
+}
+
+void LightSet::aim(const kernels::ShadeKernels& with, const float* choice, const float* u, const float* v,
+                   RayStream& rays) const {
+  float* const direction[3] = {rays.directions(0), rays.directions(1), rays.directions(2)};
+  if (lamps_.empty() && distant_strength_ > 0) {
+    const kernels::DistantLights lights{distant_suns_.data(), distant_suns_.size(), sky_.table(),
+                                        distant_strength_};
+    with.distant_directions(lights, choice, u, v, 0, rays.size(), direction);
+    for (std::size_t i = 0; i < rays.size(); ++i) rays.t(i) = kInfinity;
+    return;
+  }
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    LightSample light;
+    const bool seen = sample(rays.origin(i), choice[i], {u[i], v[i]}, light);
+    rays.t(i) = seen ? light.distance : 0;
+    const Vec3f to = seen ? light.direction : Vec3f::UnitZ();
+    for (int a = 0; a < 3; ++a) direction[a][i] = to[a];
+  }
 }
 
 bool LightSet::sample_lamp(int lamp, float chance, const Vec3f& p, Sample2 at, LightSample& out) const {

@@ -15,6 +15,7 @@
 
 #include "src/render/lamps.h"
 #include "src/render/objects.h"
+#include "src/render/ray_stream.h"
 #include "src/render/sampler.h"
 #include "src/render/setup.h"
 #include "src/render/sky.h"
@@ -62,6 +63,11 @@ class LightSet {
   // A light, chosen by what it could send to `p` unhindered, and a point of it. False if none is seen from
   // there.
   bool sample(const Vec3f& p, float choice, Sample2 at, LightSample& out) const;
+
+  // The same for all points at once, as far as the way goes: directions (unit; to rounding those of sample())
+  // and distances from `rays`' origins, 0 where sample() is false.
+  void aim(const kernels::ShadeKernels& with, const float* choice, const float* u, const float* v,
+           RayStream& rays) const;
 
   // For who wants light without noise: lamps and suns by number, each by its middle. middle() is what
   // sample() would be if the light were alone and its middle stood for all of it, so radiance / pdf is what
@@ -116,6 +122,7 @@ class LightSet {
   std::vector<Lamp> lamps_;          // quads, balls, glowing objects
   std::vector<int> lamp_of_object_;  // -1: it does not glow
   std::vector<Sun> suns_;
+  std::vector<kernels::DistantSun> distant_suns_;  // the same
   Sky sky_;
   float sky_strength_ = 0;  // by which it is sampled
   float distant_strength_ = 0;

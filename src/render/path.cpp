@@ -20,7 +20,6 @@ constexpr float kRouletteBelow = 0.1f;  // of what the subpath began with
 // Deep snow is at least five mean free paths from the light.
 constexpr float kLitDeep = 0.1f;
 constexpr float kLift = 1, kAside = 1.5f;  // spacings
-constexpr float kShort = 1 - 1e-4f;  // of the way between two points, so as not to meet the farther's surface
 
 }  // namespace
 

@@ -8,6 +8,7 @@
 // ways.
 #pragma once
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "kernels/shade/table.h"
@@ -15,6 +16,7 @@
 #include "src/render/film.h"
 #include "src/render/flights.h"
 #include "src/render/ice.h"
+#include "src/render/light_asks.h"
 #include "src/render/mis.h"
 #include "src/render/pilot.h"
 #include "src/render/ray_stream.h"
@@ -63,10 +65,10 @@ class TilePaths {
  private:
   // Where a subpath scatters.
   struct Vertex {
-    Vec3f p = Vec3f::Zero();  // m
-    Vec3f back;               // unit, towards the vertex before
-    Vec3f beta;               // throughput by density, up to here
-    float ice = 0;            // m of ice that the subpath has crossed
+    Vec3f p = Vec3f::Zero();      // m
+    Vec3f back = Vec3f::UnitZ();  // unit, towards the vertex before
+    Vec3f beta;                   // throughput by density, up to here
+    float ice = 0;                // m of ice that the subpath has crossed
     bool on_surface = false, specular = false;
     SurfacePoint surface;
     float off = 0;         // m, that rays leave above the surface
@@ -130,7 +132,10 @@ class TilePaths {
   void visit(std::size_t ray);
   void find_light(std::size_t ray);
   void light_walks();
+  void light_walks(std::span<const kernels::LitCollision> lit);
+  Vertex walk_vertex(const Subpath& subpath, const kernels::LitCollision& lit) const;
   void sample_light(const Subpath& subpath, const Vertex& vertex);
+  Brings bring(const Subpath& subpath, const Vertex& vertex, const LightSample& light) const;
   void connect(const Subpath& subpath, const Vertex& eye);
 
   void go_on(const Subpath& subpath, const Vec3f& from, const Vec3f& direction, std::uint32_t stream);
@@ -167,6 +172,7 @@ class TilePaths {
   RayMarks marks_, next_marks_;
   std::vector<Arrival> arrivals_;
   LitCollisions lit_collisions_;
+  LightAsks light_asks_;
   // Connecting rays.
   RayStream link_rays_;
   RayMarks link_marks_;

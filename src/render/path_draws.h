@@ -17,6 +17,7 @@ constexpr std::uint32_t pair_of(int vertices, std::uint32_t which) {
   return 5 * static_cast<std::uint32_t>(vertices) + which;
 }
 
-inline constexpr std::uint32_t kEmergence = 0;  // among the numbers of links
+inline constexpr std::uint32_t kEmergence = 0;                    // among the numbers of links
+inline constexpr std::uint32_t kWalkLinks = kLinks + (1u << 29);  // of walks, one a vertex
 
 }  // namespace firn

@@ -130,6 +130,11 @@ Vec3f Sky::sample(Sample2 at) const {
   return direction_of(y, (static_cast<float>(column) + u) / static_cast<float>(columns_)).normalized();
 }
 
+kernels::SkyTable Sky::table() const {
+  if (!(strength_ > 0)) return {};
+  return {until_row_.data(), until_cell_.data(), rows_, columns_};
+}
+
 float Sky::density(const Vec3f& d) const { return strength_ > 0 ? density_[cell_of(d)] : 0; }
 
 }  // namespace firn

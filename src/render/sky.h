@@ -6,6 +6,7 @@
 #pragma once
 #include <vector>
 
+#include "kernels/shade/table.h"
 #include "src/render/day_sky.h"
 #include "src/render/sampler.h"
 #include "src/render/setup.h"
@@ -20,6 +21,7 @@ class Sky {
   float strength() const { return strength_; }  // integral over all directions of the channels' sum
   Vec3f sample(Sample2 at) const;
   float density(const Vec3f& d) const;  // of sample(), 1/sr
+  kernels::SkyTable table() const;      // what sample() chooses by
 
  private:
   struct Image {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "src/core/isa.h"
 #include "src/geometry/mesh.h"
 #include "src/render/directions.h"
 #include "src/render/lights.h"
@@ -206,6 +207,40 @@ TEST_CASE("a sampled point of a light is what a ray in its direction comes upon"
     }
     CHECK(drawn > 500);
     CHECK(found >= drawn - 2);
+  }
+}
+
+TEST_CASE("many points look for light where each one would", "[light]") {
+  constexpr std::size_t kPoints = 1003;  // fills no register
+  std::vector<Case> all = cases();
+  all.push_back({"suns and an image", {sun(8), sun(0.5), ImageLight{spotted_picture(), 70, {1, 1, 2}}}, {}});
+  all.push_back({"suns in a black sky", {sun(8), sun(0.5), ConstantLight{{0, 0, 0}}}, {}});
+  all.push_back({"no light", {ConstantLight{{0, 0, 0}}}, {}});
+  for (const Case& c : all) {
+    const Stage stage(c);
+    std::vector<Vec3f> before;
+    for (const auto* table : supported_kernels()) {
+      std::vector<float> choice, u, v;
+      RayStream rays;
+      for (std::size_t i = 0; i < kPoints; ++i) {
+        const Sample2 at = random_pair(3, i, 1);
+        choice.push_back(random_pair(3, i, 0).u), u.push_back(at.u), v.push_back(at.v);
+        rays.push(kReceiver + 0.01f * static_cast<float>(i % 5) * kSun, Vec3f::UnitZ(), 0);
+      }
+      stage.lights.aim(table->shade, choice.data(), u.data(), v.data(), rays);
+      for (std::size_t i = 0; i < kPoints; ++i) {
+        LightSample one;
+        const bool seen = stage.lights.sample(rays.origin(i), choice[i], {u[i], v[i]}, one);
+        INFO(c.name << ", " << table->isa << ", point " << i);
+        REQUIRE(rays.t(i) == (seen ? one.distance : 0));
+        if (seen) REQUIRE((rays.direction(i) - one.direction).norm() < 1e-6f);
+        if (std::string(table->isa) == "base") continue;
+        if (before.size() == kPoints) REQUIRE(rays.direction(i) == before[i]);  // of v3 on v4
+      }
+      before.clear();
+      for (std::size_t i = 0; i < kPoints && std::string(table->isa) != "base"; ++i)
+        before.push_back(rays.direction(i));
+    }
   }
 }
 

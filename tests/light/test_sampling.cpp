@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "src/core/isa.h"
 #include "src/core/portable_math.h"
 #include "src/core/rng.h"
 #include "src/render/directions.h"
@@ -24,6 +25,34 @@ TEST_CASE("every dyadic box of area 1/16 holds one of 16 samples, in every pair 
         ++seen[column * (16 >> bits) + row];
       }
       for (const int count : seen) REQUIRE(count == 1);
+    }
+  }
+}
+
+TEST_CASE("paths draw the same numbers many at once as one by one") {
+  for (const auto* table : supported_kernels()) {
+    for (const SamplerKind kind : {SamplerKind::sobol, SamplerKind::independent}) {
+      PathDraws draws;
+      std::vector<PathRandom> paths;
+      std::vector<std::uint32_t> numbers;
+      constexpr std::uint32_t kStreams[] = {0, 1u << 30, 1u << 31, 3u << 30};
+      for (std::uint32_t i = 0; i < 1003; ++i) {  // fills no register
+        paths.emplace_back(Sampler(5, 2, i / 3), i % 67, kind);
+        numbers.push_back(kStreams[i % 4] + i % 53);
+        draws.push(paths.back(), numbers.back());
+      }
+      constexpr std::uint32_t kPlus = 7;
+      std::vector<float> u(draws.size(), -1), v(draws.size(), -1);
+      std::vector<std::uint64_t> key(draws.size());
+      table->shade.pairs(draws.view(), kPlus, 0, 600, u.data(), v.data());
+      table->shade.pairs(draws.view(), kPlus, 600, draws.size(), u.data(), v.data());
+      table->shade.keys(draws.view(), kPlus, 0, draws.size(), key.data());
+      for (std::size_t i = 0; i < draws.size(); ++i) {
+        INFO(table->isa << ", draw " << i);
+        const Sample2 one = paths[i].pair(numbers[i] + kPlus);
+        REQUIRE((u[i] == one.u && v[i] == one.v));
+        REQUIRE(key[i] == paths[i].key(~(numbers[i] + kPlus)));
+      }
     }
   }
 }
