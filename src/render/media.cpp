@@ -37,10 +37,12 @@ Span inside_shape(const Medium& medium, const Pose& pose, const Vec3f& o, const 
   return span;
 }
 
-Vec3 extinction(const Medium& medium) { return (medium.sigma_s + medium.sigma_a).cast<double>(); }
+Vec3f extinction(const Medium& medium) { return medium.sigma_s + medium.sigma_a; }
 
-Vec3 fading(const Vec3& depth) {
-  const auto through = [](double depth) { return depth == 0 ? 1.0 : portable_exp(-depth); };
+Vec3f fading(const Vec3& depth) {
+  const auto through = [](double depth) {
+    return depth == 0 ? 1.f : portable_expf(-static_cast<float>(depth));
+  };
   return {through(depth[0]), through(depth[1]), through(depth[2])};
 }
 
@@ -48,7 +50,7 @@ Vec3 fading(const Vec3& depth) {
 void cross(const Span& span, double reach, const Medium& medium, Vec3& depth) {
   const double length = std::min(span.out, reach) - std::max(span.in, 0.0);
   if (span.empty() || !(length > 0)) return;
-  const Vec3 sigma = extinction(medium);
+  const Vec3f sigma = extinction(medium);
   for (int c = 0; c < 3; ++c) depth[c] += sigma[c] > 0 ? length * sigma[c] : 0;  // the length may be infinite
 }
 
@@ -56,10 +58,9 @@ void cross(const Span& span, double reach, const Medium& medium, Vec3& depth) {
 // collision in `medium`, or unhindered.
 Vec3f weight(Vec3 depth, const Medium* medium) {
   depth.array() -= depth.minCoeff();  // a common factor cancels
-  const Vec3 left = fading(depth);
-  if (!medium) return (left / left.mean()).cast<float>();
-  const Vec3 density = left.cwiseProduct(extinction(*medium));
-  return (left.cwiseProduct(medium->sigma_s.cast<double>()) / density.mean()).cast<float>();
+  const Vec3f left = fading(depth);
+  if (!medium) return left / left.mean();
+  return left.cwiseProduct(medium->sigma_s) / left.dot(extinction(*medium)) * 3;
 }
 
 }  // namespace
@@ -118,7 +119,7 @@ Vec3f MediumSet::transmittance(const Vec3f& o, const Vec3f& d, float reach) cons
   Vec3 depth = Vec3::Zero();
   for (std::size_t i = 0; i < media_.size(); ++i)
     cross(inside_shape(media_[i], pose_[i], o, d), reach, media_[i], depth);
-  return fading(depth).cast<float>();
+  return fading(depth);
 }
 
 }  // namespace firn
