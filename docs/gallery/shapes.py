@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The shapes of the still scenes: height fields scenes/drifts.pgm (wind-blown powder) and scenes/vault.pgm (the roof of a
-passage, upside down), and the lugs under the boot, scenes/boot_tread.obj. Run it again only to change them.
+passage, upside down), the lugs under the boot, scenes/boot_tread.obj, and a boulder, scenes/rock.obj. Run it again only to
+change them.
 
 usage: shapes.py"""
 import math
@@ -46,13 +47,21 @@ def drifts(x, z):
     return 0.5 * swell + 0.3 * ridge + 0.12 * octaves(14 * x, 14 * z, 21, 3) + 0.1 * clods
 
 
+def scallops(x, z):
+    """What wind melts out of such walls: hollows side by side with ridges between them."""
+    i, j = math.floor(8 * x), math.floor(8 * z)
+    nearest = min((8 * x - a - lattice(a, b, 8)) ** 2 + (8 * z - b - lattice(a, b, 9)) ** 2
+                  for a in range(i - 2, i + 3) for b in range(j - 2, j + 3))
+    return 0.16 * min(nearest, 1) + 0.08 * octaves(9 * x, 9 * z, 7, 3)
+
+
 def vault(x, z):
     """Thickness of a roof over a winding passage along z, a part of its full height; x, z in metres."""
     u = x - 0.09 * math.sin(4.5 * z) + 0.08 * (noise(4 * x, 4 * z, 3) - 0.5)
     wide = 0.33 + 0.12 * (noise(0.5, 3 * z, 4) - 0.5) - 0.12 * z  # narrower towards +z
     arch = 1 - (u / wide) ** 2
     hollow = 0.80 * math.sqrt(arch) if arch > 0 else 0
-    return 1 - max(0.0, hollow - 0.12 * octaves(9 * x, 9 * z, 7, 3))
+    return 1 - max(0.0, hollow - scallops(x, z))
 
 
 def lugs():
@@ -72,6 +81,55 @@ def write_lugs(name):
     (SCENES / name).write_text("\n".join(lines) + "\n")
 
 
+def unit(v):
+    length = math.sqrt(sum(x * x for x in v))
+    return tuple(x / length for x in v)
+
+
+def sphere(rounds):
+    """Corners and triangles of an octahedron whose triangles were cut in four `rounds` times; counter-clockwise from outside."""
+    corners = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
+    triangles = [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)]
+    for _ in range(rounds):
+        middles = {}
+
+        def middle(a, b):
+            if (b, a) in middles:
+                return middles[b, a]
+            if (a, b) not in middles:
+                middles[a, b] = len(corners)
+                corners.append(unit([x + y for x, y in zip(corners[a], corners[b])]))
+            return middles[a, b]
+
+        finer = []
+        for a, b, c in triangles:
+            ab, bc, ca = middle(a, b), middle(b, c), middle(c, a)
+            finer += [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        triangles = finer
+    return corners, triangles
+
+
+def rock_radius(direction):
+    """A boulder: a ball from which planes have split off pieces, worn a little."""
+    radius = 1.12
+    for k in range(16):
+        normal = unit([lattice(k, axis, 77) - 0.5 for axis in range(3)])
+        facing = sum(n * d for n, d in zip(normal, direction))
+        if facing > 0:
+            radius = min(radius, (0.7 + 0.26 * lattice(k, 3, 77)) / facing)
+    x, y, z = direction
+    worn = octaves(3 * x + 9 + 2 * z, 3 * y + 7 - 2 * z, 41, 4) + octaves(3 * z + 5 - 2 * x, 3 * y + 3 + 2 * x, 47, 4)
+    return radius * (0.9 + 0.1 * worn)
+
+
+def write_rock(name):
+    corners, triangles = sphere(4)
+    lines = ["# A boulder of about 2 m, made by docs/gallery/shapes.py"]
+    lines += ["v %.4f %.4f %.4f" % tuple(rock_radius(corner) * x for x in corner) for corner in corners]
+    lines += ["f %d %d %d" % tuple(i + 1 for i in triangle) for triangle in triangles]
+    (SCENES / name).write_text("\n".join(lines) + "\n")
+
+
 def write(name, columns, rows, width, depth, height):
     """height(x, z) in [0, 1] over a rectangle of metres, centred; the first row is at -z."""
     grey = array("H", (round(MOST * min(1, max(0, height((i / (columns - 1) - 0.5) * width, (j / (rows - 1) - 0.5) * depth))))
@@ -84,3 +142,4 @@ if __name__ == "__main__":
     write("drifts.pgm", 256, 192, 1.6, 1.2, drifts)
     write("vault.pgm", 128, 128, 1.2, 1.2, vault)
     write_lugs("boot_tread.obj")
+    write_rock("rock.obj")

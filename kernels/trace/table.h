@@ -111,6 +111,8 @@ inline constexpr int kLeastAt = 4, kLeastBits = 8;  // the share in units of 1 /
 inline constexpr std::uint32_t kClass = 7, kThickSnow = 8;
 inline constexpr std::uint32_t kShared = 0x80000000u;  // something else may be there: walks must come back
 
+inline constexpr std::uint32_t kMostScattered = 256;
+
 // What of the snow scatters light, as fields over the cells of a TraceGrid.
 struct MediumField {
   const float* density = nullptr;            // per occupied brick kBrickCorners, kg/m^3
@@ -121,7 +123,7 @@ struct MediumField {
   float extinction = 0;                // m^2/kg, times the density: 1/m
   float reduced = 0;                   // m^2/kg, the same in cells of class 1 and more
   const float* lit = nullptr;          // per class, the chance that a walk's collision there is to be lit
-  std::uint32_t most_scattered = 256;  // of one walk: then it comes back, for roulette
+  std::uint32_t most_scattered = kMostScattered;  // of one walk: then it comes back, for roulette
   // kg/m^3 in the loose balls. Negative: the snow is balls alone, within which the density field counts.
   float ball_density = 0;
   const float* stray_extinction = nullptr;  // per stray (16 a bundle), 1/m

@@ -97,11 +97,6 @@ bool has_mirrors(const RenderSetup& setup) {
 
 double Work::total() const { return static_cast<double>(rays) + kTurn * static_cast<double>(turns); }
 
-const char* name_of(Integrator integrator) {
-  constexpr const char* kNames[] = {"bidirectional", "path", "light", "preview", "auto"};
-  return kNames[static_cast<int>(integrator)];
-}
-
 // Light subpaths alone see nothing in mirrors, and end after so many scatterings.
 std::vector<Integrator> candidates(const RenderSetup& setup) {
   std::vector<Integrator> all = {Integrator::path, Integrator::bidirectional};

@@ -40,6 +40,4 @@ std::vector<Integrator> candidates(const RenderSetup& setup);
 
 Choice choose_integrator(const RenderSetup& setup, const Shoot& shoot);
 
-const char* name_of(Integrator integrator);
-
 }  // namespace firn

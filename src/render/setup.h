@@ -41,6 +41,10 @@ enum class SnowShape { smooth, spheres };
 // Which ways of finding light there are (path.h); for speed, estimates in their place (preview.h); or
 // whichever of the first three does best (pilot.h).
 enum class Integrator { bidirectional, path, light, preview, automatic };
+inline constexpr const char* kIntegratorNames[] = {"bidirectional", "path", "light", "preview", "auto"};
+constexpr const char* name_of(Integrator integrator) {
+  return kIntegratorNames[static_cast<int>(integrator)];
+}
 enum class SamplerKind { sobol, independent };
 
 // Where the snow's light scatters: inside of it, by the equations; or, for speed, where it comes upon the

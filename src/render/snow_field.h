@@ -36,7 +36,7 @@ struct SnowOptics {
   Similarity similarity = Similarity::by_depth;
   // Whether something else than snow may be in a box (render space, m); null: walks stop at every collision.
   std::function<bool(const Vec3f& low, const Vec3f& high)> shared = nullptr;
-  std::uint32_t most_scattered = 256;  // of one walk
+  std::uint32_t most_scattered = kernels::kMostScattered;  // of one walk
 };
 
 class SnowField {

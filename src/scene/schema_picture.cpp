@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // What a scene says about its pictures: camera, image, things that are only seen, lights, surfaces and the
 // output.
+#include <iterator>
+
 #include "src/scene/schema_tables.h"
 
 namespace firn {
@@ -70,7 +72,7 @@ TableSpec image_table() {
              "what of the snow is seen: a smooth surface around the particles, or each of them as a ball"});
   t.key(
       "integrator", &I::integrator,
-      {.choices = {"bidirectional", "path", "light", "preview", "auto"},  // in the order of enum Integrator
+      {.choices = {std::begin(kIntegratorNames), std::end(kIntegratorNames)},
        .meaning =
            "how light is found: from the camera and from the lights, from the camera alone, from the "
            "lights alone (which cannot see what is behind a mirror); preview: estimates without noise, "
