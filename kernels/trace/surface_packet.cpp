@@ -9,6 +9,7 @@
 //     |  /|###|###|   o--->---    any order, and rounding at their faces opens no crack.
 //
 // Rays that begin in the snow must leave it first: they go by surface.cpp, as do those that are not coherent.
+#include "kernels/trace/corners.h"
 #include "kernels/trace/packet.h"
 
 namespace firn::kernels::FIRN_ISA {
@@ -91,28 +92,11 @@ void SurfacePacket<kRays, kAny>::set_aside() {
 
 template <int kRays, bool kAny>
 FIRN_INLINE Mask SurfacePacket<kRays, kAny>::begins_inside(int part, Mask lanes) const {
-  Ints cell[3];
-  Floats u[3];
-  for (int a = 0; a < 3; ++a) {
-    const Floats last = splat(static_cast<float>(grid_.cells[a] - 1)), at = o_[a][part] * grid_.inv_cell;
-    cell[a] = __builtin_convertvector(max(min(at, last), splat(0)), Ints);
-    u[a] = min(max(at - to_float(cell[a]), splat(0)), splat(1));
-  }
-  const Ints brick = ((cell[0] >> 2) * grid_.bricks[1] + (cell[1] >> 2)) * grid_.bricks[2] + (cell[2] >> 2);
-  const Ints slot = gather(grid_.slot, brick, lanes);
-  lanes = lanes & !less(slot, splat_int(0));
-  if (!any(lanes)) return lanes;
-  const Ints first = slot * kBrickCorners + (cell[0] & 3) * (kCornerSide * kCornerSide) +
-                     (cell[1] & 3) * kCornerSide + (cell[2] & 3);
-  Floats corner[8];
-  for (int k = 0; k < 8; ++k) {
-    const int offset = (k >> 2) * kCornerSide * kCornerSide + (k >> 1 & 1) * kCornerSide + (k & 1);
-    corner[k] = gather(field_.fill, first + offset, lanes);
-  }
-  for (int a = 2, n = 4; a >= 0; --a, n /= 2) {  // z, then y, then x
-    for (int k = 0; k < n; ++k) corner[k] = fma(u[a], corner[2 * k + 1] - corner[2 * k], corner[2 * k]);
-  }
-  return lanes & less_equal(splat(field_.level), corner[0]);
+  const Floats o[3] = {o_[0][part], o_[1][part], o_[2][part]};
+  const CellPoints points(grid_, o, lanes);
+  if (!any(points.inside)) return points.inside;
+  const Floats fill = points.corners(points.slot).of(field_.fill, points.inside);
+  return points.inside & less_equal(splat(field_.level), fill);
 }
 
 template <int kRays, bool kAny>
