@@ -17,15 +17,10 @@ FIRN_INLINE std::size_t cell_at(std::int32_t slot, int x, int y, int z) {
   return static_cast<std::size_t>(slot) * kCellsPerBrick + ((x & 3) << 4) + ((y & 3) << 2) + (z & 3);
 }
 
-// Calls run(begin, end) for the sorted balls whose cells lie within `reach` cells of this one. Cells that
-// follow one another along z in a brick are one run.
+// Calls run(begin, end) for the sorted balls of cells low to high. Cells that follow one another along z in a
+// brick are one run.
 template <class Run>
-FIRN_INLINE void for_each_run_around(const TraceGrid& grid, const int cell[3], int reach, Run&& run) {
-  int low[3], high[3];
-  for (int a = 0; a < 3; ++a) {
-    low[a] = cell[a] > reach ? cell[a] - reach : 0;
-    high[a] = cell[a] + reach < grid.cells[a] ? cell[a] + reach : grid.cells[a] - 1;
-  }
+FIRN_INLINE void for_each_run(const TraceGrid& grid, const int low[3], const int high[3], Run&& run) {
   for (int x = low[0]; x <= high[0]; ++x) {
     for (int y = low[1]; y <= high[1]; ++y) {
       for (int z = low[2]; z <= high[2];) {
@@ -40,6 +35,17 @@ FIRN_INLINE void for_each_run_around(const TraceGrid& grid, const int cell[3], i
       }
     }
   }
+}
+
+// The same for the cells within `reach` cells of this one.
+template <class Run>
+FIRN_INLINE void for_each_run_around(const TraceGrid& grid, const int cell[3], int reach, Run&& run) {
+  int low[3], high[3];
+  for (int a = 0; a < 3; ++a) {
+    low[a] = cell[a] > reach ? cell[a] - reach : 0;
+    high[a] = cell[a] + reach < grid.cells[a] ? cell[a] + reach : grid.cells[a] - 1;
+  }
+  for_each_run(grid, low, high, run);
 }
 
 // Calls run(begin, end) for the sorted balls of cells low to high, and of those beside them along z in the
@@ -127,6 +133,53 @@ inline std::uint32_t make_list(const TraceGrid& grid, std::size_t place, const i
 FIRN_INLINE std::uint32_t find_list(const TraceGrid& grid, std::size_t place, const int cell[3]) {
   const std::uint32_t word = __atomic_load_n(&grid.list[place], __ATOMIC_ACQUIRE);
   return word == kUnlisted ? make_list(grid, place, cell) : word;
+}
+
+// Lanes whose points p (m, in the grid) lie in a ball. Asked of the few cells that balls reach them from, by
+// centre; all that is to be read is asked for first, for points may lie far apart.
+inline Mask in_balls(const TraceGrid& grid, Mask lanes, const Floats p[3]) {
+  constexpr int kMostRuns = 8 * kLanes;
+  struct {
+    std::uint32_t begin, end;
+    int lane;
+  } runs[kMostRuns];
+  int count = 0, in = 0;
+  float at[3][kLanes];
+  for (int a = 0; a < 3; ++a) store(at[a], p[a]);
+  const auto test_runs = [&] {
+    for (int k = 0; k < count; ++k) {
+      const int lane = runs[k].lane;
+      for (std::uint32_t b = runs[k].begin; b < runs[k].end && (in >> lane & 1) == 0; b += kLanes) {
+        const int some = runs[k].end - b < kLanes ? static_cast<int>(runs[k].end - b) : kLanes;
+        const Floats x = load_first(grid.x + b, some, 0.f) - at[0][lane],
+                     y = load_first(grid.y + b, some, 0.f) - at[1][lane],
+                     z = load_first(grid.z + b, some, 0.f) - at[2][lane], r = radii(grid, b, some);
+        if (any(less_equal(fma(x, x, fma(y, y, z * z)), r * abs(r)))) in |= 1 << lane;
+      }
+    }
+    count = 0;
+  };
+  const float reach = grid.max_radius + kCellMargin * grid.cell;
+  for (int left = lane_bits(lanes); left != 0; left &= left - 1) {
+    const int lane = __builtin_ctz(static_cast<unsigned>(left));
+    int low[3], high[3];
+    for (int a = 0; a < 3; ++a) {
+      const float from = (at[a][lane] - reach) * grid.inv_cell, to = (at[a][lane] + reach) * grid.inv_cell;
+      low[a] = from > 0 ? static_cast<int>(from) : 0;
+      high[a] = to < static_cast<float>(grid.cells[a]) ? static_cast<int>(to) : grid.cells[a] - 1;
+    }
+    for_each_run(grid, low, high, [&](std::uint32_t begin, std::uint32_t end) {
+      const float* const columns[3] = {grid.x, grid.y, grid.z};
+      for (const float* column : columns) {
+        __builtin_prefetch(column + begin);
+        __builtin_prefetch(column + end - 1);
+      }
+      runs[count++] = {begin, end, lane};
+      if (count == kMostRuns) test_runs();
+    });
+  }
+  test_runs();
+  return mask_of_bits(in);
 }
 
 // One ray against all balls that overlap a cell.

@@ -32,41 +32,6 @@ FIRN_INLINE Floats uniform(Bits random) { return to_float((Ints)(random >> 8)) *
 // Of an exponential distribution of mean 1: -log of a number in (0, 1].
 FIRN_INLINE Floats exponential(Bits random) { return -log(uniform(random) + 0x1p-24f); }
 
-// Whether p lies in one of these balls.
-FIRN_INLINE bool covered(Floats x, Floats y, Floats z, Floats r2, const float p[3]) {
-  const Floats dx = x - p[0], dy = y - p[1], dz = z - p[2];
-  return any(less_equal(fma(dx, dx, fma(dy, dy, dz * dz)), r2));
-}
-
-// Whether p, in the cell, lies in a ball.
-inline bool in_ball(const TraceGrid& grid, std::size_t place, const int cell[3], const float p[3]) {
-  std::uint32_t word = __atomic_load_n(&grid.list[place], __ATOMIC_ACQUIRE);
-  if (word == kUnlisted) word = make_list(grid, place, cell);
-  bool in = false;
-  if (word == kNoList) {
-    for_each_run_around(grid, cell, cells_reached(grid), [&](std::uint32_t begin, std::uint32_t end) {
-      for (std::uint32_t b = begin; b < end && !in; b += kLanes) {
-        const int some = end - b < kLanes ? static_cast<int>(end - b) : kLanes;
-        const Floats r = radii(grid, b, some);
-        in = covered(load_first(grid.x + b, some, 0.f), load_first(grid.y + b, some, 0.f),
-                     load_first(grid.z + b, some, 0.f), r * abs(r), p);
-      }
-    });
-    return in;
-  }
-  const std::size_t count = word & kMostListed;
-  const float* list = grid.lists + static_cast<std::size_t>(word >> 8) * kListUnit;
-  for (std::size_t i = 0; i < count && !in; i += kLanes) {
-    const int some = count - i < kLanes ? static_cast<int>(count - i) : kLanes;
-    const Floats r2 = grid.radius != nullptr
-                          ? load_first(list + 4 * count + i, some, -1.f)
-                          : select(mask_of_first(some), splat(grid.max_radius * grid.max_radius), splat(-1));
-    in = covered(load_first(list + i, some, 0.f), load_first(list + count + i, some, 0.f),
-                 load_first(list + 2 * count + i, some, 0.f), r2, p);
-  }
-  return in;
-}
-
 // A field between the eight corners of the lanes' cells.
 struct Corners {
   Ints first;
@@ -230,28 +195,10 @@ struct MediumCells {
     const Mask loose = lanes & equal(bits & splat_int(kHasLoose), splat_int(kHasLoose));
     if (any(loose)) {
       const Floats its = field.ball_density < 0 ? density : splat(field.ball_density);
-      clipped = select(covered_lanes(walk, place, loose, p), max(clipped, its), clipped);
+      clipped = select(in_balls(grid, loose, p), max(clipped, its), clipped);
     }
     const Mask shallow = equal(class_of(word), splat_int(0));
     return clipped * select(shallow, splat(field.extinction), splat(field.reduced));
-  }
-
-  FIRN_INLINE Mask covered_lanes(const Walk& walk, Ints place, Mask lanes, const Floats p[3]) const {
-    std::int32_t places[kLanes], cell[3][kLanes];
-    float at[3][kLanes];
-    store(places, place);
-    for (int a = 0; a < 3; ++a) {
-      store(cell[a], walk.cell(a));
-      store(at[a], p[a]);
-    }
-    int in = 0;
-    for (int left = lane_bits(lanes); left != 0; left &= left - 1) {
-      const int lane = __builtin_ctz(static_cast<unsigned>(left));
-      const int its_cell[3] = {cell[0][lane], cell[1][lane], cell[2][lane]};
-      const float its_p[3] = {at[0][lane], at[1][lane], at[2][lane]};
-      if (in_ball(grid, static_cast<std::size_t>(places[lane]), its_cell, its_p)) in |= 1 << lane;
-    }
-    return mask_of_bits(in);
   }
 
   // Of MediumField::cell.

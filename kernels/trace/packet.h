@@ -1,8 +1,16 @@
 // SPDX-License-Identifier: MIT
-// A packet of coherent rays: what it holds, how it takes up its rays and meets one ball. How it goes through
-// the grid is packet.cpp's.
+// A packet of coherent rays that goes through the grid together (Wald et al. 2006, "Ray tracing animated
+// scenes using coherent grid traversal"): along the axis that its rays go along most, a slab of bricks at a
+// time. The rays' common bounds, widened by how far away a ray can meet what is there, name the cells to look
+// into; what they hold is for ball_packet.cpp and surface_packet.cpp to say.
+//
+//     slab of bricks   rays     o---->---------
+//     packet,
+//     +---+---+---+        o---->---------        Bounds are drawn anew when a slab has shortened some rays.
+//     |   |###|###|  <- cells within the bounds   A packet whose bounds are wide against the cells is split.
 #pragma once
 #include "kernels/trace/ball_test.h"
+#include "kernels/trace/cell_list.h"
 #include "kernels/trace/table.h"
 #include "kernels/trace/walk.h"
 
@@ -17,73 +25,96 @@ struct Window {
   float low[2], high[2];
 };
 
-template <int kRays, bool kAny>
+// Cells along the main axis, and those within the packet's bounds of each axis; both ends are in it.
+struct CellRange {
+  int low[3], high[3];
+};
+
+// What became of a packet in a slab: it goes on, or no ray of it does, or its rays must go by other ways.
+enum class Slab { passed, ended, declined };
+
+// kAny: whether any hit will do. Packets of a kind derive from it and have
+//   Slab meet(int slab, const CellRange&)   tests these cells, which are those of four slices from `slab` on
+// and call shorten() when they are done with what found_ tells of.
+template <class Kind, int kRays, bool kAny>
 class Packet {
  public:
+  // False if the rays are not coherent, or the packet is or grows wider than `widest` cells beside the reach,
+  // or it declines: nothing is found then (a stray that shortened a ray is found again, within its reach).
+  bool trace(float widest);
+
+ protected:
   static constexpr int kParts = kRays / kLanes < 1 ? 1 : kRays / kLanes;
 
-  Packet(const TraceGrid& grid, const RayView& rays, std::size_t begin)
-      : grid_(grid), rays_(rays), begin_(begin), reach_(grid.max_radius + kCellMargin * grid.cell) {}
+  // reach: m, from what is met to its place in the grid.
+  Packet(const TraceGrid& grid, const RayView& rays, std::size_t begin, float reach)
+      : grid_(grid), rays_(rays), begin_(begin), reach_(reach) {}
 
-  // Strays first, then each ray moved to the grid; false if no ray meets it.
-  bool load_rays();
-  // Chooses the axis that the rays go along most; false if they do not all go the same way.
-  bool choose_main();
-  // False if the packet is or grows wider than `widest` cells beside the reach; what it has found then is not
-  // all.
-  bool walk(float widest);
-  void store_hits() const;
-
- private:
   FIRN_INLINE Mask live(int part) const { return less_equal(splat(0), best_[part]); }
-  void look_ahead(float from);
+  // Takes rays out that begin where this packet cannot follow them.
+  void set_aside() {}
+  // How far the rays reach, once some have found something.
   FIRN_INLINE void shorten();
-  Window window(float near, float far) const;
-  bool cells_of(const Window& window, int first, int last, int low[3], int high[3]) const;
-  int clearance(const int low[3], const int high[3]) const;
-  void collect(const int low[3], const int high[3], float plane);
-  FIRN_INLINE void collect_run(std::uint32_t begin, std::uint32_t end, float plane);
-  FIRN_INLINE Mask in_bounds(std::uint32_t begin, int some, Floats along) const;
-  bool test_slab(float plane);
-  FIRN_INLINE void test_ball(std::uint32_t ball);
-  FIRN_INLINE Floats seen(int part, Floats x, Floats y, Floats z, Floats r2, Floats& along) const;
-  void settle();
-
-  // A ball that rays of a part may enter.
-  struct Meeting {
-    Floats along, depth2;  // m, m^2
-    std::int32_t ball;
-    int part;
-  };
-  static constexpr int kMostMeetings = 64;
-  static constexpr int kMostCollected = 1024;
+  // The coordinate along the main axis at the k-th cell that the rays come to.
+  FIRN_INLINE float plane(int k) const {
+    return static_cast<float>(forward_ ? k : k - grid_.cells[main_]) * grid_.cell;
+  }
+  // Where the rays can be while they are in slices k to k + count, widened by the reach.
+  FIRN_INLINE Window window(int k, int count) const;
+  FIRN_INLINE bool wide(const Window& w) const {
+    const float most = widest_ * grid_.cell + 2 * reach_;
+    return w.high[0] - w.low[0] > most || w.high[1] - w.low[1] > most;
+  }
+  // The cells of these slices within the window; false if there are none.
+  FIRN_INLINE bool cells_of(const Window& window, int k, int count, CellRange& cells) const;
 
   const TraceGrid& grid_;
   const RayView& rays_;
   std::size_t begin_;
-  float reach_;                         // m, how far from a ball's centre a ray can meet it
+  float reach_;                         // m
+  int first_ = 0;                       // slice that the rays come to
   Floats o_[3][kParts], d_[3][kParts];  // m; origins moved to the grid's edge
   Floats best_[kParts];                 // m from the moved origin; negative: not in the grid
-  Ints particle_[kParts];               // the bits of a sorted index
-  double entry_[kRays];
-  Meeting meeting_[kAny ? 1 : kMostMeetings];
-  int meetings_ = 0;
-  // Balls of a slab within the bounds, and their slices, from 0 on.
-  std::int32_t ball_[kMostCollected + kLanes], slice_[kMostCollected + kLanes];
-  int collected_ = 0;
-  int main_, side_[2];  // axes
+  Ints particle_[kParts];               // the bits of a sorted index, or kSurfaceHit; not of any hits
+  double entry_[kRays];                 // m, from the ray's origin to the moved one
+  int main_, side_[2];                  // axes
   bool forward_;
-  bool found_ = false;  // a ball since the bounds were drawn
+  bool found_ = false;  // something since the reach was last shortened
   // Bounds of the rays that may still meet something: at the plane from_ and per metre along the main axis
   // up to the plane to_; furthest_ is how far along it they reach. The coordinate along the main axis counts
   // up in the rays' direction.
   float from_, to_, furthest_;
   Window at_, slope_;
-  Window near_;  // at_, widened by what a ball reaches across the bound
+
+ private:
+  // Strays first, then each ray moved to the grid.
+  void load_rays();
+  bool any_live() const;
+  // Chooses the axis that the rays go along most; false if they do not all go the same way.
+  bool choose_main();
+  void look_ahead(float from);
+  float steepest() const;
+  int clearance(const CellRange& cells) const;
+  bool walk();
+  void store_hits() const;
+
+  float widest_ = 0;        // cells
+  bool shortened_ = false;  // some ray, since the bounds were drawn
 };
 
-template <int kRays, bool kAny>
-bool Packet<kRays, kAny>::load_rays() {
+template <class Kind, int kRays, bool kAny>
+bool Packet<Kind, kRays, kAny>::trace(float widest) {
+  widest_ = widest;
+  load_rays();
+  static_cast<Kind*>(this)->set_aside();
+  if (!any_live()) return true;
+  if (!choose_main() || !walk()) return false;
+  store_hits();
+  return true;
+}
+
+template <class Kind, int kRays, bool kAny>
+void Packet<Kind, kRays, kAny>::load_rays() {
   float o[3][kRays], d[3][kRays], best[kRays];
   for (int lane = 0; lane < kRays; ++lane) rays_.hit[begin_ + lane] = kNoHit;
   for (int lane = 0; lane < kRays && grid_.stray_bundles > 0; ++lane) {
@@ -94,10 +125,8 @@ bool Packet<kRays, kAny>::load_rays() {
     if (!kAny) rays_.t[begin_ + lane] = stray.t;
   }
   move_to_grid(grid_, rays_, begin_, kRays, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, entry_, best);
-  float some = -1;
-  for (int lane = 0; lane < kRays; ++lane) {
-    if (kAny && rays_.hit[begin_ + lane] != kNoHit) best[lane] = -1;
-    some = best[lane] > some ? best[lane] : some;
+  for (int lane = 0; kAny && lane < kRays; ++lane) {
+    if (rays_.hit[begin_ + lane] != kNoHit) best[lane] = -1;
   }
   for (int part = 0; part < kParts; ++part) {
     for (int a = 0; a < 3; ++a) {
@@ -107,67 +136,170 @@ bool Packet<kRays, kAny>::load_rays() {
     best_[part] = load(best + part * kLanes);
     particle_[part] = splat_int(-1);
   }
-  return some >= 0;
 }
 
-template <int kRays, bool kAny>
-FIRN_INLINE void Packet<kRays, kAny>::test_ball(std::uint32_t b) {
-  const Floats x = splat(grid_.x[b]), y = splat(grid_.y[b]), z = splat(grid_.z[b]);
-  const float r = grid_.radius == nullptr ? grid_.max_radius : grid_.radius[b];
-  const Floats r2 = splat(r * r);
-  if (kAny) {
-    Mask some = mask_of_bits(0);
-#pragma GCC unroll 16
-    for (int part = 0; part < kParts; ++part) {
-      Floats along;
-      const Floats depth2 = seen(part, x, y, z, r2, along);
-      const Mask blocked = blocks(depth2, along, best_[part]);
-      best_[part] = select(blocked, splat(kBlocked), best_[part]);
-      some = some | blocked;
-    }
-    found_ |= any(some);
-    return;
+template <class Kind, int kRays, bool kAny>
+bool Packet<Kind, kRays, kAny>::any_live() const {
+  Mask some = live(0);
+  for (int part = 1; part < kParts; ++part) some = some | live(part);
+  return any(some);
+}
+
+template <class Kind, int kRays, bool kAny>
+bool Packet<Kind, kRays, kAny>::choose_main() {
+  int part = 0;
+  while (!any(live(part))) ++part;
+  const int first = __builtin_ctz(static_cast<unsigned>(lane_bits(live(part))));
+  const auto size = [&](int a) { return __builtin_fabsf(d_[a][part][first]); };
+  main_ = size(0) > size(1) ? (size(0) > size(2) ? 0 : 2) : (size(1) > size(2) ? 1 : 2);
+  side_[0] = main_ == 0 ? 1 : 0;
+  side_[1] = main_ == 2 ? 1 : 2;
+  forward_ = d_[main_][part][first] > 0;
+  for (part = 0; part < kParts; ++part) {
+    const Floats along = forward_ ? d_[main_][part] : -d_[main_][part];
+    if (any(live(part) & !less(splat(kMinMainShare), along))) return false;
   }
-#pragma GCC unroll 16
+  look_ahead(-kFar);
+  return true;
+}
+
+// The bounds of the rays that reach beyond `from` along the main axis.
+template <class Kind, int kRays, bool kAny>
+void Packet<Kind, kRays, kAny>::look_ahead(float from) {
+  Floats nearest = splat(kFar), furthest = splat(-kFar);
+  Mask ahead[kParts];
   for (int part = 0; part < kParts; ++part) {
-    Meeting& m = meeting_[meetings_];
-    m.depth2 = seen(part, x, y, z, r2, m.along);
-    m.ball = static_cast<std::int32_t>(b);
-    m.part = part;
-    meetings_ += any(may_enter(m.depth2, m.along, splat(r), best_[part]));
+    const Floats along = forward_ ? o_[main_][part] : -o_[main_][part];
+    const Floats speed = forward_ ? d_[main_][part] : -d_[main_][part];
+    const Floats end = fma(best_[part], speed, along);
+    ahead[part] = live(part) & less_equal(splat(from), end);
+    nearest = min(nearest, select(ahead[part], along, splat(kFar)));
+    furthest = max(furthest, select(ahead[part], end, splat(-kFar)));
   }
-  if (meetings_ > kMostMeetings - kParts) settle();
-}
-
-template <int kRays, bool kAny>
-FIRN_INLINE Floats Packet<kRays, kAny>::seen(int part, Floats x, Floats y, Floats z, Floats r2,
-                                             Floats& along) const {
-  const Floats c[3] = {x - o_[0][part], y - o_[1][part], z - o_[2][part]};
-  const Floats d[3] = {d_[0][part], d_[1][part], d_[2][part]};
-  return project(c, d, r2, along);
-}
-
-// Whether a ball is met is asked first, where it is entered later: so no branch hangs on each.
-template <int kRays, bool kAny>
-void Packet<kRays, kAny>::settle() {
-  for (int k = 0; k < meetings_; ++k) {
-    const Meeting& m = meeting_[k];
-    Floats& best = best_[m.part];
-    Ints& particle = particle_[m.part];
-    const Ints index = splat_int(m.ball);
-    const Floats t = m.along - sqrt(m.depth2);  // NaN where missed: every comparison is then false
-    // Flipping the sign bit orders unsigned indices as signed ones.
-    const Mask lower = less(index ^ INT32_MIN, particle ^ INT32_MIN);
-    const Mask nearer = less(splat(0), t) & (less(t, best) | (less_equal(t, best) & lower));
-    best = select(nearer, t, best);
-    particle = select(nearer, index, particle);
-    found_ |= any(nearer);
+  furthest_ = greatest_lane(furthest);
+  const float least = -greatest_lane(-nearest),
+              edge = forward_ ? grid_.cell * static_cast<float>(grid_.cells[main_]) : 0;
+  from_ = least > from ? least : from;
+  to_ = furthest_ < edge ? furthest_ : edge;
+  to_ = to_ > from_ + grid_.cell ? to_ : from_ + grid_.cell;
+  for (int side = 0; side < 2; ++side) {
+    Floats low[2] = {splat(kFar), splat(kFar)}, high[2] = {splat(-kFar), splat(-kFar)};
+    for (int part = 0; part < kParts; ++part) {
+      const Floats along = forward_ ? o_[main_][part] : -o_[main_][part];
+      const Floats speed = forward_ ? d_[main_][part] : -d_[main_][part];
+      const Floats slope = d_[side_[side]][part] / speed;
+      for (int plane = 0; plane < 2; ++plane) {
+        const Floats at = fma(splat(plane == 0 ? from_ : to_) - along, slope, o_[side_[side]][part]);
+        low[plane] = min(low[plane], select(ahead[part], at, splat(kFar)));
+        high[plane] = max(high[plane], select(ahead[part], at, splat(-kFar)));
+      }
+    }
+    at_.low[side] = -greatest_lane(-low[0]);
+    at_.high[side] = greatest_lane(high[0]);
+    const float length = to_ - from_;
+    slope_.low[side] = (-greatest_lane(-low[1]) - at_.low[side]) / length;
+    slope_.high[side] = (greatest_lane(high[1]) - at_.high[side]) / length;
   }
-  meetings_ = 0;
+  shortened_ = false;
 }
 
-template <int kRays, bool kAny>
-void Packet<kRays, kAny>::store_hits() const {
+template <class Kind, int kRays, bool kAny>
+FIRN_INLINE void Packet<Kind, kRays, kAny>::shorten() {
+  if (!found_) return;
+  Floats furthest = splat(-kFar);
+  for (int part = 0; part < kParts; ++part) {
+    const Floats along = forward_ ? o_[main_][part] : -o_[main_][part];
+    const Floats speed = forward_ ? d_[main_][part] : -d_[main_][part];
+    furthest = max(furthest, select(live(part), fma(best_[part], speed, along), splat(-kFar)));
+  }
+  furthest_ = greatest_lane(furthest);
+  found_ = false;
+  shortened_ = true;
+}
+
+// A bound on the way from one plane to another is linear, since every ray is.
+template <class Kind, int kRays, bool kAny>
+FIRN_INLINE Window Packet<Kind, kRays, kAny>::window(int k, int count) const {
+  const float length = to_ - from_;
+  const auto inside = [&](float along) { return along < 0 ? 0 : along > length ? length : along; };
+  const float first = inside(plane(k) - reach_ - from_), last = inside(plane(k + count) + reach_ - from_);
+  Window w;
+  for (int side = 0; side < 2; ++side) {
+    const float low = slope_.low[side] < 0 ? last : first, high = slope_.high[side] < 0 ? first : last;
+    w.low[side] = at_.low[side] + low * slope_.low[side] - reach_;
+    w.high[side] = at_.high[side] + high * slope_.high[side] + reach_;
+  }
+  return w;
+}
+
+template <class Kind, int kRays, bool kAny>
+FIRN_INLINE bool Packet<Kind, kRays, kAny>::cells_of(const Window& w, int k, int count,
+                                                     CellRange& cells) const {
+  cells.low[main_] = forward_ ? k : grid_.cells[main_] - k - count;
+  cells.high[main_] = cells.low[main_] + count - 1;
+  for (int side = 0; side < 2; ++side) {
+    const int a = side_[side];
+    const float from = w.low[side] * grid_.inv_cell, to = w.high[side] * grid_.inv_cell;
+    const auto end = static_cast<float>(grid_.cells[a]);
+    if (!(to >= 0 && from < end)) return false;
+    cells.low[a] = from > 0 ? static_cast<int>(from) : 0;
+    cells.high[a] = to < end ? static_cast<int>(to) : grid_.cells[a] - 1;
+  }
+  return true;
+}
+
+// How many bricks, beginning with those of these cells, are empty whichever way one goes; 0: one of them is
+// not.
+template <class Kind, int kRays, bool kAny>
+int Packet<Kind, kRays, kAny>::clearance(const CellRange& cells) const {
+  int least = 1 << 20;
+  for (int x = cells.low[0] >> 2; x <= cells.high[0] >> 2; ++x) {
+    for (int y = cells.low[1] >> 2; y <= cells.high[1] >> 2; ++y) {
+      for (int z = cells.low[2] >> 2; z <= cells.high[2] >> 2; ++z) {
+        const std::int32_t slot = grid_.slot[brick_at(grid_, x, y, z)];
+        if (slot >= 0) return 0;
+        least = -slot < least ? -slot : least;
+      }
+    }
+  }
+  return least;
+}
+
+// m aside per metre along the main axis that a bound goes, at most; at least 1.
+template <class Kind, int kRays, bool kAny>
+float Packet<Kind, kRays, kAny>::steepest() const {
+  float most = 1;
+  for (int side = 0; side < 2; ++side) {
+    const float low = __builtin_fabsf(slope_.low[side]), high = __builtin_fabsf(slope_.high[side]);
+    most = low > most ? low : most;
+    most = high > most ? high : most;
+  }
+  return most;
+}
+
+// Slab of bricks after slab of bricks.
+template <class Kind, int kRays, bool kAny>
+bool Packet<Kind, kRays, kAny>::walk() {
+  const float begin = from_ - reach_ - plane(0), slope = steepest();
+  first_ = begin > 0 ? static_cast<int>(begin * grid_.inv_cell) : 0;
+  for (int slab = first_ & ~3; slab < grid_.cells[main_]; slab += kBrickCells) {
+    if (plane(slab) - reach_ > furthest_) return true;
+    CellRange cells;
+    if (!cells_of(window(slab, kBrickCells), slab, kBrickCells, cells)) continue;
+    if (const int empty = clearance(cells); empty > 0) {
+      // Every brick nearer than `empty` is empty, and the rays go aside by their slope at most.
+      slab += kBrickCells * static_cast<int>(static_cast<float>(empty - 1) / slope);
+      continue;
+    }
+    const Slab met = static_cast<Kind*>(this)->meet(slab, cells);
+    if (met != Slab::passed) return met == Slab::ended;
+    if (shortened_) look_ahead(plane(slab + kBrickCells) - reach_);
+  }
+  return true;
+}
+
+template <class Kind, int kRays, bool kAny>
+void Packet<Kind, kRays, kAny>::store_hits() const {
   float best[kRays];
   std::int32_t particle[kRays];
   for (int part = 0; part < kParts; ++part) {
@@ -182,6 +314,24 @@ void Packet<kRays, kAny>::store_hits() const {
       rays_.hit[begin_ + lane] = static_cast<std::uint32_t>(particle[lane]);
     }
   }
+}
+
+// Rays [begin, end) by packet(large, from), of 64 or 16 of them; where it declines, and what is left, by
+// others(from, to).
+template <class Trace, class Others>
+void trace_in_packets(std::size_t begin, std::size_t end, Trace&& packet, Others&& others) {
+  constexpr std::size_t kLarge = 64, kSmall = 16;  // rays
+  while (begin + kSmall <= end) {
+    const bool large = begin + kLarge <= end;
+    if (large && packet(true, begin)) {
+      begin += kLarge;
+      continue;
+    }
+    for (const std::size_t last = begin + (large ? kLarge : kSmall); begin < last; begin += kSmall) {
+      if (!packet(false, begin)) others(begin, begin + kSmall);
+    }
+  }
+  if (begin < end) others(begin, end);
 }
 
 }  // namespace firn::kernels::FIRN_ISA

@@ -3,7 +3,8 @@
 // the level are searched. Within a cell the fill is trilinear, so it is a cubic along the ray: its values at
 // four places tell where it rises through the level, and a few secants where exactly. Each ray remembers on
 // which side it was, so that rounding at the faces of cells opens no crack.
-#include "kernels/trace/ball_cells.h"
+#include "kernels/trace/cell_list.h"
+#include "kernels/trace/corners.h"
 #include "kernels/trace/stream.h"
 
 namespace firn::kernels::FIRN_ISA {
@@ -29,14 +30,15 @@ struct AlongCell {
 
 template <bool kAny>
 struct SurfaceCells {
-  static constexpr int kFewLeaps = BallCells<kAny>::kFewLeaps;
+  static constexpr int kFewLeaps = kLanes * 3 / 8;
   const TraceGrid& grid;
   const SurfaceField& field;
-  BallCells<kAny> loose{grid};
   Mask outside = mask_of_bits(0);  // was last seen outside
   Mask fresh = mask_of_bits(0);    // nothing known yet
 
-  FIRN_INLINE void strays(const Ray& ray, std::size_t i, Nearest& best) const { loose.strays(ray, i, best); }
+  FIRN_INLINE void strays(const Ray& ray, std::size_t, Nearest& best) const {
+    test_bundles<kAny>(grid.strays, 0, grid.stray_bundles, ray, best);
+  }
   FIRN_INLINE void start(Mask lanes, const LaneRays&) {
     fresh = fresh | lanes;
     outside = outside & !lanes;
@@ -56,7 +58,7 @@ struct SurfaceCells {
     const Mask has_loose = lanes & equal(bits & splat_int(kHasLoose), splat_int(kHasLoose));
     Mask blocked = mask_of_bits(0);
     if (any(has_loose)) {  // a ball shortens the reach of its ray
-      blocked = loose.meet(walk, slot, has_loose, rays);
+      blocked = meet_loose(walk, slot, lane_bits(has_loose), rays);
       if (kAny && !any(lanes & !blocked)) return blocked;
     }
     const Mask crossed = lanes & equal(kind, splat_int(kCrossed));
@@ -80,10 +82,29 @@ struct SurfaceCells {
   }
 
  private:
+  // The balls in these lanes' cells, lane by lane; returns the lanes that need no more.
+  FIRN_INLINE Mask meet_loose(const Walk& walk, Ints slot, int lanes, LaneRays& rays) const {
+    std::int32_t places[kLanes], cell[3][kLanes];
+    store(places, walk.cell_in(slot));
+    for (int a = 0; a < 3; ++a) store(cell[a], walk.cell(a));
+    int done = 0;
+    for (; lanes != 0; lanes &= lanes - 1) {
+      const int lane = __builtin_ctz(static_cast<unsigned>(lanes));
+      const Ray ray{{rays.o[0][lane], rays.o[1][lane], rays.o[2][lane]},
+                    {rays.d[0][lane], rays.d[1][lane], rays.d[2][lane]}};
+      const int at[3] = {cell[0][lane], cell[1][lane], cell[2][lane]};
+      Nearest best{rays.reach[lane], rays.particle[lane]};
+      test_cell<kAny>(grid, static_cast<std::size_t>(places[lane]), at, ray, best);
+      rays.reach[lane] = best.t;
+      rays.particle[lane] = best.particle;
+      if (kAny && best.particle != kNoHit) done |= 1 << lane;
+    }
+    return mask_of_bits(done);
+  }
+
   FIRN_INLINE AlongCell cell_of(const Walk& walk, Ints slot, Mask lanes) const {
     AlongCell c;
-    const Ints first = slot * kBrickCorners + (walk.cell(0) & 3) * (kCornerSide * kCornerSide) +
-                       (walk.cell(1) & 3) * kCornerSide + (walk.cell(2) & 3);
+    const Ints first = first_corner(slot, walk.cell(0), walk.cell(1), walk.cell(2));
     for (int k = 0; k < 8; ++k) {
       const int offset = (k >> 2) * kCornerSide * kCornerSide + (k >> 1 & 1) * kCornerSide + (k & 1);
       c.corner[k] = gather(field.fill, first + offset, lanes) - field.level;

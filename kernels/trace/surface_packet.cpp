@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Coherent rays against the implicit surface of the snow, 64 or 16 at a time: as in packet.cpp the packet
-// goes through the grid slice by slice along its main axis, but here each cell within its bounds that the
-// surface crosses is broadcast against the rays. Its eight corners are then numbers and not gathers, and the
-// fill is a polynomial of eight coefficients in the place in the cell.
+// Packets of rays against the implicit surface of the snow: slice after slice, each cell within the packet's
+// bounds that the surface crosses is broadcast against the rays. Its eight corners are then numbers and not
+// gathers, and the fill is a polynomial of eight coefficients in the place in the cell.
 //
 //     +---+---+---+
 //     |   |/##|###|   o--->---    A ray that begins outside meets the snow at the least distance at which
@@ -10,14 +9,18 @@
 //     |  /|###|###|   o--->---    any order, and rounding at their faces opens no crack.
 //
 // Rays that begin in the snow must leave it first: they go by surface.cpp, as do those that are not coherent.
-#include "kernels/trace/surface_packet.h"
+#include "kernels/trace/corners.h"
+#include "kernels/trace/packet.h"
 
 namespace firn::kernels::FIRN_ISA {
 
 void surface_closest(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t, std::size_t);
 void surface_occluded(const TraceGrid&, const SurfaceField&, const RayView&, std::size_t, std::size_t);
 
+namespace {
+
 constexpr int kSecants = 3;
+constexpr float kFlat = 1e-20f;  // of a direction
 
 // fill - level in a cell whose sides are 1, as a polynomial.
 struct CellFill {
@@ -40,9 +43,67 @@ struct CellFill {
 };
 
 template <int kRays, bool kAny>
-FIRN_INLINE void SurfacePacket<kRays, kAny>::note(int part, Mask hit, Floats t, Ints what) {
-  best_[part] = select(hit, kAny ? splat(-1) : t, best_[part]);
-  particle_[part] = select(hit, kAny ? splat_int(0) : what, particle_[part]);
+class SurfacePacket : public Packet<SurfacePacket<kRays, kAny>, kRays, kAny> {
+  using Base = Packet<SurfacePacket<kRays, kAny>, kRays, kAny>;
+
+ public:
+  SurfacePacket(const TraceGrid& grid, const SurfaceField& field, const RayView& rays, std::size_t begin)
+      : Base(grid, rays, begin, kCellMargin * grid.cell), field_(field) {}
+
+  // The rays that begin in the snow.
+  void trace_others() const;
+
+ private:
+  friend Base;
+  using Base::begin_, Base::best_, Base::d_, Base::entry_, Base::first_, Base::found_, Base::furthest_,
+      Base::grid_, Base::kParts, Base::live, Base::o_, Base::particle_, Base::rays_, Base::reach_;
+
+  void set_aside();
+  FIRN_INLINE Mask begins_inside(int part, Mask lanes) const;
+  Slab meet(int slab, const CellRange& cells);
+  bool test_cells(const CellRange& cells);
+  FIRN_INLINE bool test_loose(std::size_t place, const int cell[3]);
+  FIRN_INLINE void test_surface(std::int32_t slot, const int cell[3], bool crossed);
+  FIRN_INLINE Mask rise(int part, const CellFill& fill, const Floats from[3], Mask lanes, Floats begin,
+                        Floats end, Floats& t) const;
+  FIRN_INLINE void note(int part, Mask hit, Floats t, std::uint32_t what);
+
+  const SurfaceField& field_;
+  Floats inv_[3][kParts];     // of the directions
+  std::uint64_t inside_ = 0;  // rays that begin in the snow, a bit each
+};
+
+template <int kRays, bool kAny>
+void SurfacePacket<kRays, kAny>::set_aside() {
+  std::int32_t within[kRays];  // begins in the grid
+  for (int lane = 0; lane < kRays; ++lane) within[lane] = entry_[lane] <= 0 ? -1 : 0;
+  for (int part = 0; part < kParts; ++part) {
+    for (int a = 0; a < 3; ++a) {
+      const Mask flat = less(abs(d_[a][part]), splat(kFlat));
+      inv_[a][part] = select(flat, copy_sign(splat(1 / kFlat), d_[a][part]), 1 / d_[a][part]);
+    }
+    const Mask here = live(part) & equal(load(within + part * kLanes), splat_int(-1));
+    if (!any(here)) continue;
+    const Mask inside = begins_inside(part, here);
+    inside_ |= static_cast<std::uint64_t>(lane_bits(inside)) << (part * kLanes);
+    best_[part] = select(inside, splat(-1), best_[part]);
+  }
+}
+
+template <int kRays, bool kAny>
+FIRN_INLINE Mask SurfacePacket<kRays, kAny>::begins_inside(int part, Mask lanes) const {
+  const Floats o[3] = {o_[0][part], o_[1][part], o_[2][part]};
+  const CellPoints points(grid_, o, lanes);
+  if (!any(points.inside)) return points.inside;
+  const Floats fill = points.corners(points.slot).of(field_.fill, points.inside);
+  return points.inside & less_equal(splat(field_.level), fill);
+}
+
+template <int kRays, bool kAny>
+FIRN_INLINE void SurfacePacket<kRays, kAny>::note(int part, Mask hit, Floats t, std::uint32_t what) {
+  best_[part] = select(hit, kAny ? splat(kBlocked) : t, best_[part]);
+  particle_[part] = select(hit, splat_int(static_cast<std::int32_t>(what)), particle_[part]);
+  found_ = true;
 }
 
 // Lanes that are in the snow where they come into the cell or rise into it before `end`, and where (t).
@@ -113,17 +174,14 @@ FIRN_INLINE void SurfacePacket<kRays, kAny>::test_surface(std::int32_t slot, con
       for (int a = 0; a < 3; ++a) from[a] = o_[a][part] * grid_.inv_cell - static_cast<float>(cell[a]);
       hit = rise(part, fill, from, lanes, begin, end, t);
     }
-    if (!any(hit)) continue;
-    found_ = true;
-    note(part, hit, t, splat_int(static_cast<std::int32_t>(kSurfaceHit)));
+    if (any(hit)) note(part, hit, t, kSurfaceHit);
   }
 }
 
 // False where the cell has no list.
 template <int kRays, bool kAny>
 FIRN_INLINE bool SurfacePacket<kRays, kAny>::test_loose(std::size_t place, const int cell[3]) {
-  std::uint32_t word = __atomic_load_n(&grid_.list[place], __ATOMIC_ACQUIRE);
-  if (word == kUnlisted) word = make_list(grid_, place, cell);
+  const std::uint32_t word = find_list(grid_, place, cell);
   if (word == kNoList) return false;
   const std::size_t count = word & kMostListed;
   const float* list = grid_.lists + static_cast<std::size_t>(word >> 8) * kListUnit;
@@ -143,18 +201,17 @@ FIRN_INLINE bool SurfacePacket<kRays, kAny>::test_loose(std::size_t place, const
       // Flipping the sign bit orders unsigned indices as signed ones.
       const Mask lower = less(splat_int(index) ^ INT32_MIN, particle_[part] ^ INT32_MIN);
       const Mask nearer = less(splat(0), t) & (less(t, best_[part]) | (less_equal(t, best_[part]) & lower));
-      if (any(nearer)) found_ = true;
-      note(part, nearer, t, splat_int(index));
+      if (any(nearer)) note(part, nearer, t, static_cast<std::uint32_t>(index));
     }
   }
   return true;
 }
 
 template <int kRays, bool kAny>
-bool SurfacePacket<kRays, kAny>::test_cells(const int low[3], const int high[3]) {
-  for (int x = low[0]; x <= high[0]; ++x) {
-    for (int y = low[1]; y <= high[1]; ++y) {
-      for (int z = low[2]; z <= high[2]; ++z) {
+bool SurfacePacket<kRays, kAny>::test_cells(const CellRange& cells) {
+  for (int x = cells.low[0]; x <= cells.high[0]; ++x) {
+    for (int y = cells.low[1]; y <= cells.high[1]; ++y) {
+      for (int z = cells.low[2]; z <= cells.high[2]; ++z) {
         const std::int32_t slot = grid_.slot[brick_at(grid_, x >> 2, y >> 2, z >> 2)];
         if (slot < 0) {
           z |= 3;
@@ -171,68 +228,17 @@ bool SurfacePacket<kRays, kAny>::test_cells(const int low[3], const int high[3])
   return true;
 }
 
-// Slab of bricks after slab of bricks, slice after slice. "Along" counts in the rays' direction.
 template <int kRays, bool kAny>
-bool SurfacePacket<kRays, kAny>::walk(float widest) {
-  const float most = widest * grid_.cell;
-  const int cells = grid_.cells[main_];
-  const auto plane = [&](int k) { return static_cast<float>(forward_ ? k : k - cells) * grid_.cell; };
-  const float begin = from_ - margin_ - plane(0);
-  const int first = begin > 0 ? static_cast<int>(begin * grid_.inv_cell) : 0;
-  float steepest = 1;
-  for (int side = 0; side < 2; ++side) {
-    const float low = __builtin_fabsf(slope_.low[side]), high = __builtin_fabsf(slope_.high[side]);
-    steepest = low > steepest ? low : steepest;
-    steepest = high > steepest ? high : steepest;
+Slab SurfacePacket<kRays, kAny>::meet(int slab, const CellRange&) {
+  for (int k = slab > first_ ? slab : first_; k < slab + kBrickCells; ++k) {
+    if (this->plane(k) - reach_ > furthest_) return Slab::ended;
+    const Window here = this->window(k, 1);
+    CellRange cells;
+    if (!this->cells_of(here, k, 1, cells)) continue;
+    if (this->wide(here) || !test_cells(cells)) return Slab::declined;
+    this->shorten();
   }
-  for (int slab = first & ~3; slab < cells; slab += kBrickCells) {
-    if (plane(slab) - margin_ > furthest_) return true;
-    int low[3], high[3];
-    const auto slices = [&](int k, int count, int& first_cell, int& last_cell) {
-      first_cell = forward_ ? k : cells - k - count;
-      last_cell = first_cell + count - 1;
-    };
-    int least, last;
-    slices(slab, kBrickCells, least, last);
-    if (!cells_of(window(plane(slab) - margin_, plane(slab + kBrickCells) + margin_), least, last, low, high))
-      continue;
-    if (const int empty = clearance(low, high); empty > 0) {
-      // Every brick nearer than `empty` is empty, and the rays go aside by their slope at most.
-      slab += kBrickCells * static_cast<int>(static_cast<float>(empty - 1) / steepest);
-      continue;
-    }
-    bool look_ahead_needed = false;
-    for (int k = slab > first ? slab : first; k < slab + kBrickCells; ++k) {
-      if (plane(k) - margin_ > furthest_) return true;
-      slices(k, 1, least, last);
-      const Window here = window(plane(k) - margin_, plane(k + 1) + margin_);
-      if (!cells_of(here, least, last, low, high)) continue;
-      if (here.high[0] - here.low[0] > most || here.high[1] - here.low[1] > most) return false;
-      found_ = false;
-      if (!test_cells(low, high)) return false;
-      if (found_) {
-        look_ahead_needed = true;
-        shorten();
-      }
-    }
-    if (look_ahead_needed) look_ahead(plane(slab + kBrickCells) - margin_);
-  }
-  return true;
-}
-
-template <int kRays, bool kAny>
-void SurfacePacket<kRays, kAny>::store_hits() const {
-  float best[kRays];
-  std::int32_t particle[kRays];
-  for (int part = 0; part < kParts; ++part) {
-    store(best + part * kLanes, best_[part]);
-    store(particle + part * kLanes, particle_[part]);
-  }
-  for (int lane = 0; lane < kRays; ++lane) {
-    if (particle[lane] == -1) continue;
-    if (!kAny) rays_.t[begin_ + lane] = static_cast<float>(entry_[lane] + best[lane]);
-    rays_.hit[begin_ + lane] = static_cast<std::uint32_t>(particle[lane]);
-  }
+  return Slab::passed;
 }
 
 template <int kRays, bool kAny>
@@ -243,20 +249,11 @@ void SurfacePacket<kRays, kAny>::trace_others() const {
   }
 }
 
-namespace {
-
-constexpr int kLarge = 64, kSmall = 16;  // rays
-
-// False if the packet is too wide or not coherent; nothing is found then (a stray that shortened a ray is
-// found again: it lies within the reach).
 template <int kRays, bool kAny>
 bool trace_packet(const TraceGrid& grid, const SurfaceField& field, const RayView& rays, std::size_t begin,
                   float widest) {
   SurfacePacket<kRays, kAny> packet(grid, field, rays, begin);
-  if (packet.load_rays()) {
-    if (!packet.choose_main() || !packet.walk(widest)) return false;
-    packet.store_hits();
-  }
+  if (!packet.trace(widest)) return false;
   packet.trace_others();
   return true;
 }
@@ -267,19 +264,15 @@ constexpr float kWidestLarge = 6, kWidestSmall = 4;
 template <bool kAny>
 void trace_coherent(const TraceGrid& grid, const SurfaceField& field, const RayView& rays, std::size_t begin,
                     std::size_t end) {
-  const auto one_by_one = kAny ? surface_occluded : surface_closest;
-  for (; begin + kSmall <= end;) {
-    const bool large = begin + kLarge <= end;
-    if (large && trace_packet<kLarge, kAny>(grid, field, rays, begin, kWidestLarge)) {
-      begin += kLarge;
-      continue;
-    }
-    for (const std::size_t last = begin + (large ? kLarge : kSmall); begin < last; begin += kSmall) {
-      if (!trace_packet<kSmall, kAny>(grid, field, rays, begin, kWidestSmall))
-        one_by_one(grid, field, rays, begin, begin + kSmall);
-    }
-  }
-  one_by_one(grid, field, rays, begin, end);
+  trace_in_packets(
+      begin, end,
+      [&](bool large, std::size_t from) {
+        return large ? trace_packet<64, kAny>(grid, field, rays, from, kWidestLarge)
+                     : trace_packet<16, kAny>(grid, field, rays, from, kWidestSmall);
+      },
+      [&](std::size_t from, std::size_t to) {
+        (kAny ? surface_occluded : surface_closest)(grid, field, rays, from, to);
+      });
 }
 
 }  // namespace

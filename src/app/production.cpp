@@ -164,6 +164,8 @@ bool Production::trace(int frame, FrameSlot& slot, const std::atomic<bool>& stop
   in_flight_[frame].record.trace_seconds = watch.seconds();
   in_flight_[frame].record.rays = stats.rays;
   in_flight_[frame].record.mean_samples = stats.mean_samples;
+  in_flight_[frame].record.snow_mass = stats.snow_mass;
+  in_flight_[frame].record.medium_mass = stats.medium_mass;
   progress_.end(Progress::trace);
   return true;
 }

@@ -55,12 +55,14 @@ std::string mebibytes(double bytes) { return text("%.1f MiB", bytes / (1 << 20))
 
 std::string closing_report(const RunFolder& folder, const Manifest& manifest,
                            const std::vector<StageInterval>& intervals) {
-  double simulate = 0, trace = 0, steps = 0, rays = 0, samples = 0;
+  double simulate = 0, trace = 0, steps = 0, rays = 0, samples = 0, snow = 0, medium = 0;
   for (const auto& frame : manifest.frames) {
     simulate += frame.simulate_seconds;
     trace += frame.trace_seconds;
     steps += static_cast<double>(frame.particle_steps);
     rays += static_cast<double>(frame.rays);
+    snow += frame.snow_mass;
+    medium += frame.medium_mass;
     samples += frame.mean_samples / static_cast<double>(manifest.frames.size());
   }
   std::string report;
@@ -75,6 +77,9 @@ std::string closing_report(const RunFolder& folder, const Manifest& manifest,
   report += rate("particle-steps", steps, simulate, 1e6, "M/s");
   report += rate("rays", rays, trace, 1e6, "M/s");
   if (samples > 0) report += text("  %-18s%.1f\n", "samples a pixel", samples);
+  if (snow > 0)
+    report += text("  %-18s%.1f %% of the snow's mass; its surface clips the rest\n", "light meets",
+                   100 * medium / snow);
   if (manifest.bytes_per_particle > 0) {
     report += text("  %-18s%.0f, grid included\n", "bytes a particle", manifest.bytes_per_particle);
   }

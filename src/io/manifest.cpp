@@ -49,6 +49,8 @@ void frame_fields(R& r, F&& field) {
   field("write_s", r.write_seconds);
   field("rays", r.rays);
   field("samples_per_pixel", r.mean_samples);
+  field("snow_mass_kg", r.snow_mass);
+  field("medium_mass_kg", r.medium_mass);
   field("integrator", r.integrator);
   field("particle_steps", r.particle_steps);
   field("metrics", r.metrics);

@@ -17,6 +17,8 @@ struct FrameRecord {
   double simulate_seconds = 0, trace_seconds = 0, write_seconds = 0;
   std::uint64_t rays = 0;
   double mean_samples = 0;           // a pixel
+  double snow_mass = 0;              // kg, in pictures with light inside the snow
+  double medium_mass = 0;            // kg, what of it light meets: the surface or the balls clip the rest
   std::string integrator;            // that made the picture; of auto, also why
   std::uint64_t particle_steps = 0;  // of this frame alone
   Metrics metrics;

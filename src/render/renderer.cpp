@@ -75,7 +75,10 @@ struct Renderer::State {
     const Bounds bounds = lit_bounds(snapshot.time);
     lights.place(grid.origin(), bounds.center() - grid.origin(),
                  static_cast<float>(0.5 * bounds.size().norm()));
-    if (setup.image.snow_light == SnowLight::inside && !preview()) scattering = snow.medium(optics());
+    if (setup.image.snow_light == SnowLight::inside && !preview()) {
+      scattering = snow.medium(optics());
+      if (stats.snow_mass == 0) stats.snow_mass = snow.mass(), stats.medium_mass = snow.medium_mass();
+    }
     stats.build_seconds += seconds_since(start);
     stats.grid_bytes = std::max(stats.grid_bytes, grid.bytes() + snow.bytes());
   }

@@ -28,6 +28,9 @@ struct RenderStats {
   std::uint64_t turns = 0;   // as in Work
   double pilot_seconds = 0;  // that the choice took; its rays are not among those above
   Choice choice;             // which integrator it is by
+  // kg, of the first moment, where light scatters in the snow: all, and what the surface or the balls enclose
+  // of it.
+  double snow_mass = 0, medium_mass = 0;
   std::size_t grid_bytes = 0;
 };
 

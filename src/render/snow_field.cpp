@@ -254,10 +254,11 @@ void SnowField::weigh(const Snapshot& snapshot, const std::vector<SnowLook>& loo
   sigma_.clear();
   extinction_ = alike ? static_cast<float>(first.extinction) : 1.f;
   if (alike) return;
+  optical_.resize(grid_->size());
   each([&](std::size_t s, std::uint32_t, const SnowLook& look) {
-    mass_[s] *= static_cast<float>(look.extinction);
+    optical_[s] = mass_[s] * static_cast<float>(look.extinction);
   });
-  splat(mass_, sigma_);
+  splat(optical_, sigma_);
 }
 
 // The balls of loose particles, and company for the others.
@@ -267,17 +268,22 @@ void SnowField::close_surface(RenderGrid& grid, const Snapshot& snapshot) {
   add_company();
   constexpr std::size_t kChunk = 8192;
   struct Sum {
-    double loose = 0, room = 0;
+    double mass = 0, optical = 0, room = 0;
   };
+  const std::vector<float>& optical = sigma_.empty() ? mass_ : optical_;
   std::vector<Sum> sums((radii_.size() + kChunk - 1) / kChunk);
   parallel_chunks(radii_.size(), kChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s) {
-      if (radii_[s] > 0) sums[chunk].loose += mass_[s], sums[chunk].room += volume_[s];
+      if (!(radii_[s] > 0)) continue;
+      sums[chunk].mass += mass_[s];
+      sums[chunk].optical += optical[s];
+      sums[chunk].room += volume_[s];
     }
   });
-  double loose = 0, room = 0;
-  for (const Sum& sum : sums) loose += sum.loose, room += sum.room;
-  ball_density_ = room > 0 ? static_cast<float>(loose / room) : 0.f;
+  Sum all;
+  for (const Sum& sum : sums) all.mass += sum.mass, all.optical += sum.optical, all.room += sum.room;
+  ball_density_ = all.room > 0 ? static_cast<float>(all.optical / all.room) : 0.f;
+  loose_density_ = all.room > 0 ? static_cast<float>(all.mass / all.room) : 0.f;
 }
 
 void SnowField::build(RenderGrid& grid, const Snapshot& snapshot, const std::vector<SnowLook>& looks,
@@ -381,35 +387,6 @@ std::uint32_t SnowField::particle_near(const Vec3f& p) const {
     }
   }
   return best;
-}
-
-double SnowField::mass() const {
-  // Of a trilinear field each cell holds its volume times the mean of its corners.
-  double sum = 0;
-  for (std::size_t cell = 0; cell < grid_->brick_of_slot().size() * kCellsPerBrick; ++cell) {
-    const std::size_t slot = cell / kCellsPerBrick, c = cell % kCellsPerBrick;
-    const float* corner =
-        &density_[slot * kBrickCorners + corner_index(static_cast<int>(c >> 4), static_cast<int>(c >> 2 & 3),
-                                                      static_cast<int>(c & 3))];
-    for (int k = 0; k < 8; ++k) sum += corner[corner_index(k >> 2, k >> 1 & 1, k & 1)];
-  }
-  return sum / 8 * std::pow(static_cast<double>(grid_->view().cell), 3);
-}
-
-double SnowField::clipped_mass() const {
-  constexpr int kPoints = 4;  // along each side of a cell
-  double sum = 0;
-  for (std::size_t slot = 0; slot < grid_->brick_of_slot().size(); ++slot) {
-    for (int c = 0; c < kCellsPerBrick; ++c) {
-      Place place{slot, {c >> 4, c >> 2 & 3, c & 3}, {}};
-      for (int k = 0; k < kPoints * kPoints * kPoints; ++k) {
-        const int at[3] = {k / (kPoints * kPoints), k / kPoints % kPoints, k % kPoints};
-        for (int a = 0; a < 3; ++a) place.part[a] = (static_cast<float>(at[a]) + 0.5f) / kPoints;
-        if (interpolate(fill_, place) >= kLevel) sum += interpolate(density_, place);
-      }
-    }
-  }
-  return sum * std::pow(static_cast<double>(grid_->view().cell) / kPoints, 3);
 }
 
 std::size_t SnowField::bytes() const {

@@ -79,8 +79,10 @@ class SnowField {
   // The largest density in a cell of an occupied brick (its place as in cell_index), kg/m^3.
   float majorant(std::size_t cell) const;
 
-  double mass() const;          // kg, integral of the density
-  double clipped_mass() const;  // kg, what of it lies inside the surface; cells are cut by 4x4x4 points
+  double mass() const;  // kg, integral of the density
+  // kg, what of it the medium has: inside the surface, which clips the rest, and in balls; to 4x4x4 points a
+  // cell. Without strays, which are in neither.
+  double medium_mass() const;
 
   std::size_t bytes() const;
 
@@ -96,6 +98,8 @@ class SnowField {
   };
   bool find(const Vec3f& p, Place& place) const;
   float interpolate(const std::vector<float>& field, const Place& place) const;
+  double mean_density(std::size_t cell) const;
+  double enclosed_density(Place place, std::uint64_t in_balls) const;
   void splat(const std::vector<float>& amount, std::vector<float>& corners);
   void splat_bricks(const std::vector<float>& amount);
   void gather_corners(std::vector<float>& corners) const;
@@ -136,6 +140,7 @@ class SnowField {
   std::vector<std::uint32_t> tile_at_;      // per occupied brick: its place in tile_, or kNone
   // Of the building alone, by sorted index; kept, since fresh memory costs more than filling it.
   std::vector<float> volume_, mass_;  // m^3 and kg, over those of a cell
+  std::vector<float> optical_;        // m^2, likewise, where objects differ in their extinction
   std::vector<float> radii_;          // m, of balls beside the surface; -1: the surface covers it
   std::vector<float> counts_, more_;  // for how many each counts in the fill; what a round adds
   std::vector<float> here_;           // fill
@@ -144,6 +149,7 @@ class SnowField {
   std::vector<float> sigma_;             // 1/m, as density_; or none
   float extinction_ = 0;                 // m^2/kg, of the density; 1 for sigma_
   float ball_density_ = 0;               // as in MediumField, of sigma_ or density_
+  float loose_density_ = 0;              // kg/m^3, of loose balls
   std::vector<float> stray_extinction_;  // 1/m, as in MediumField
   // Per occupied brick eight words, four bits a cell: the class of its depth, kThickSnow.
   std::vector<std::uint32_t> depth_;

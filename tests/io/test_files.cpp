@@ -55,6 +55,8 @@ Manifest example() {
   frame.simulate_seconds = 0.1;
   frame.rays = 1ull << 40;
   frame.mean_samples = 23.5;
+  frame.snow_mass = 1.5;
+  frame.medium_mass = 1.25;
   frame.metrics.momentum = Vec3(0.1, -1e-300, 3);
   frame.metrics.bounds = {Vec3(-1, -2, -3), Vec3(1, 2, 1.0 / 3)};
   frame.metrics.step = {1e-4, "elastic wave \"packed\", 145 m/s"};
@@ -113,6 +115,8 @@ TEST_CASE("A manifest reads back to what was written, to the last bit of its num
   CHECK(in.frames[0].simulate_seconds == 0.1);
   CHECK(in.frames[0].rays == 1ull << 40);
   CHECK(in.frames[0].mean_samples == 23.5);
+  CHECK(in.frames[0].snow_mass == 1.5);
+  CHECK(in.frames[0].medium_mass == 1.25);
   CHECK(in.frames[0].metrics.momentum == out.frames[0].metrics.momentum);
   CHECK(in.frames[0].metrics.bounds.max == out.frames[0].metrics.bounds.max);
   CHECK(in.frames[0].metrics.step.cause == out.frames[0].metrics.step.cause);

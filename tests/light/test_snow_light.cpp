@@ -77,6 +77,25 @@ TEST_CASE("in a white furnace snow that absorbs nothing cannot be seen through i
   }
 }
 
+TEST_CASE("pictures with light inside the snow tell its mass and what the surface leaves of it", "[light]") {
+  const Snapshot snow = ball();
+  double mass = 0;
+  for (const float volume : snow.volume0) mass += 300. * volume;
+  for (const SnowLight light : {SnowLight::inside, SnowLight::surface}) {
+    RenderSetup setup = lit_ball(1);
+    setup.image.snow_light = light;
+    setup.image.width = setup.image.height = 4;
+    Renderer renderer(*supported_kernels().back(), setup);
+    Picture picture;
+    RenderStats stats;
+    REQUIRE(renderer.render(snow, picture, stats, std::atomic<bool>(false)));
+    const bool inside = light == SnowLight::inside;
+    CHECK(stats.snow_mass == Approx(inside ? mass : 0).epsilon(1e-4));
+    CHECK(stats.medium_mass <= stats.snow_mass);
+    CHECK(stats.medium_mass >= 0.9 * stats.snow_mass);
+  }
+}
+
 TEST_CASE("similarity deep in the snow changes its light by less than 1 %", "[light]") {
   RenderSetup setup = lit_ball(32);
   const Colour reduced = middle(setup, 12);

@@ -143,6 +143,32 @@ TEST_CASE("any hit is the same in packets, in waves of any length and without li
   }
 }
 
+TEST_CASE("balls of negative radius are none, whichever kernel is asked") {
+  const Snapshot snapshot = cloud(3000, 75, 2);
+  const RenderGrid whole = grid_of(snapshot);
+  for (const auto* table : supported_kernels()) {
+    RenderGrid grid = grid_of(snapshot);
+    std::vector<float> radii(grid.size());
+    for (std::uint32_t s = 0; s < radii.size(); ++s)
+      radii[s] = hash_keys(s, 76) % 3 == 0 ? grid.radius(s) : -1.f;
+    grid.set_radii(radii);
+    for (const RayKind kind : kAllKinds) {
+      INFO(table->isa << ", kind " << static_cast<int>(kind));
+      RayStream one = make_rays(whole, kind, 2000, 77), packets = one, shadows = one, shadow_packets = one;
+      table->trace.closest(grid.view(), one.view(), 0, one.size());
+      table->trace.closest_coherent(grid.view(), packets.view(), 0, packets.size());
+      table->trace.occluded(grid.view(), shadows.view(), 0, shadows.size());
+      table->trace.occluded_coherent(grid.view(), shadow_packets.view(), 0, shadow_packets.size());
+      std::size_t none = 0;
+      for (std::size_t i = 0; i < one.size(); ++i)
+        none += one.hit(i) != kernels::kNoHit && radii[one.hit(i)] < 0;
+      CHECK(none == 0);
+      CHECK(same_answers(one, packets));
+      CHECK(same_answers(shadows, shadow_packets));
+    }
+  }
+}
+
 TEST_CASE("threads that meet in the same cells find the same") {
   const Snapshot snapshot = cloud(20000, 81, 1.5);
   const RenderGrid alone = grid_of(snapshot);

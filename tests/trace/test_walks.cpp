@@ -133,11 +133,11 @@ Tally follow(const Scene& scene, std::size_t count, std::uint64_t seed, Check&& 
 
 void check_even(const Scene& scene, const Tally& tally) {
   const double surface = 4 * M_PI * std::pow(around_snow(scene).radius, 2);
-  const double expected = 4 * kShare * scene.medium.extinction * scene.field.clipped_mass() / surface;
+  const double expected = 4 * kShare * scene.medium.extinction * scene.field.medium_mass() / surface;
   INFO(tally.collisions << " +- " << tally.spread << " of " << expected << ", cosine " << tally.cosine
                         << " +- " << tally.cosine_spread << ", " << tally.steps << " steps, "
                         << tally.in_kernel << " in the kernel");
-  // The clipped mass is summed over points of cells: some 0.1 %.
+  // The mass is summed over points of cells: some 0.1 %.
   CHECK(std::fabs(tally.collisions - expected) < 4 * tally.spread + 2e-3 * expected);
   CHECK(tally.spread < 0.01 * expected);
   CHECK(std::fabs(tally.cosine - 2. / 3) < 4 * tally.cosine_spread);
