@@ -120,9 +120,9 @@ struct MediumField {
   const std::uint32_t* cell = nullptr;       // per cell of an occupied brick, as above
   const std::uint32_t* cell_kind = nullptr;  // as SurfaceField
   float level = 0.5f;
-  float extinction = 0;                // m^2/kg, times the density: 1/m
-  float reduced = 0;                   // m^2/kg, the same in cells of class 1 and more
-  const float* lit = nullptr;          // per class, the chance that a walk's collision there is to be lit
+  float extinction = 0;        // m^2/kg, times the density: 1/m
+  float reduced = 0;           // m^2/kg, the same in cells of class 1 and more
+  const float* lit = nullptr;  // per class, the chance that a walk's collision there is to be lit
   std::uint32_t most_scattered = kMostScattered;  // of one walk: then it comes back, for roulette
   // kg/m^3 in the loose balls. Negative: the snow is balls alone, within which the density field counts.
   float ball_density = 0;
