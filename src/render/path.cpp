@@ -39,8 +39,11 @@ Ways ways_of(const ImageSettings& image) {
   return {light, eye, true, true};
 }
 
-Similarity similarity_of(const ImageSettings& image) {
-  if (image.reference) return Similarity::never;
+Similarity similarity_of(const ImageSettings& image, const std::vector<SnowLook>& snow) {
+  const bool one_mean = std::all_of(snow.begin(), snow.end(), [&](const SnowLook& look) {
+    return look.anisotropy == snow.front().anisotropy;
+  });
+  if (image.reference || !one_mean) return Similarity::never;
   const bool both_ends =
       image.integrator == Integrator::bidirectional || image.integrator == Integrator::light;
   return both_ends ? Similarity::by_depth : Similarity::by_collisions;

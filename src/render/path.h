@@ -51,8 +51,9 @@ struct Ways {
 };
 Ways ways_of(const ImageSettings& image);
 // Where light's walk through the snow is shortened by similarity. Of ways that must agree on one path, none
-// can count its collisions from the eye: they go by depth.
-Similarity similarity_of(const ImageSettings& image);
+// can count its collisions from the eye: they go by depth. Nowhere if the snows scatter by different means:
+// light that passes from one to the other would have to change its extinction on the way.
+Similarity similarity_of(const ImageSettings& image, const std::vector<SnowLook>& snow);
 
 class TilePaths {
  public:

@@ -87,7 +87,7 @@ struct Renderer::State {
   SnowOptics optics() const {
     SnowOptics optics;
     if (!setup.snow.empty()) optics.g = static_cast<float>(setup.snow.front().anisotropy);
-    optics.similarity = similarity_of(setup.image);
+    optics.similarity = similarity_of(setup.image, setup.snow);
     // Enough for roulette to be worth it.
     const float albedo = grains.of(0, true).albedo.maxCoeff();
     if (albedo < 0.99f) optics.most_scattered = static_cast<std::uint32_t>(2.3f / (1 - albedo)) + 1;
@@ -143,7 +143,9 @@ struct Renderer::State {
   }
 
   World world() const {
-    return {kernels, objects, lights, media, grid, snow, scattering, setup.image, similarity_of(setup.image)};
+    return {kernels,    objects,     lights,
+            media,      grid,        snow,
+            scattering, setup.image, similarity_of(setup.image, setup.snow)};
   }
 
   // Adds a range of samples of the world as it was built last.
@@ -165,7 +167,7 @@ struct Renderer::State {
 
   // From now on pictures are taken with these settings, of the world as it was built last.
   void take(const ImageSettings& image, double time) {
-    const bool same = similarity_of(image) == similarity_of(setup.image);
+    const bool same = similarity_of(image, setup.snow) == similarity_of(setup.image, setup.snow);
     setup.image = image;
     camera = CameraRays(setup.camera, image);
     camera.place(grid.origin(), time);

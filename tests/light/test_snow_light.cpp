@@ -104,6 +104,21 @@ TEST_CASE("similarity deep in the snow changes its light by less than 1 %", "[li
   check_same(reference, reduced, 0.01);
 }
 
+TEST_CASE("snows that scatter by different means are left as they are", "[light]") {
+  RenderSetup setup = lit_ball(4);
+  Snapshot snow = ball();
+  for (std::size_t i = 0; i < snow.size(); ++i) snow.object[i] = snow.x[0][i] > 0;
+  setup.snow.push_back(setup.snow[0]);
+  const auto picture = [&](bool reference, double second) {
+    setup.image.reference = reference;
+    setup.snow[1].anisotropy = second;
+    return render(snow, setup).rgb;
+  };
+  const double first = setup.snow[0].anisotropy;
+  CHECK(picture(false, 0.3) == picture(true, 0.3));
+  CHECK(picture(false, first) != picture(true, first));
+}
+
 TEST_CASE("tint and glints are the same in the mean for any number of samples and lights", "[light]") {
   RenderSetup setup = lit_ball(16);
   setup.snow[0].ice_per_collision = 5e-3;  // strong
