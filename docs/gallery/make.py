@@ -23,9 +23,9 @@ STILLS = {
     "powder_in_sun": ("powder_in_sun", 0, [], [[]]),
     "snow_cave": ("snow_cave", 0, [], [[]]),
     "ball_lit_from_behind": ("snowball_in_sun", 0, [], [BACKLIT + size(640, 480, 32)]),
-    "avalanche": ("avalanche", 84, [], [SNOW_GROUND + size(960, 540, 24) + [
+    "avalanche": ("avalanche", 84, ["simulation.dx=0.065"], [SNOW_GROUND + size(960, 540, 24) + [
         "camera.position=[12,3.2,7.5]", "camera.target=[-0.6,1.5,0.2]", "camera.fov=34", "light[0].azimuth=5",
-        "light[0].elevation=20", "output.exposure=-0.4", "output.denoise=true"]]),
+        "light[0].elevation=25", "output.exposure=-0.45", "output.denoise=true"]]),
     "snowfall": ("snowfall_at_fence", 0, [], [[]]),
     "boot_print": ("boot_print", 48, ["simulation.dx=0.0085"], [size(960, 540, 32) + [
         "collider.visible=false", "camera.position=[0.05,0.5,0.27]", "camera.target=[0.01,0.1,0.005]", "camera.fov=28",
@@ -36,7 +36,7 @@ STILLS = {
                               "camera.fov=22", "output.denoise=false", f"image.snow={snow}"]
         for snow in ("spheres", "smooth")]),
     "without_and_with_tint": ("snow_cave", 0, [], [
-        size(320, 240, 6) + ["output.exposure=-1.1", f"snow.tint={tint}"] for tint in (0, 1)]),
+        size(320, 240, 6) + ["output.exposure=-2.5", f"snow.tint={tint}"] for tint in (0, 1)]),
     "snowball_in_sun": ("snowball_in_sun", 0, [], [[]]),
 }
 
