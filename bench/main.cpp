@@ -11,8 +11,10 @@
 
 #include "bench/kernels.h"
 #include "bench/medium.h"
+#include "bench/mesh.h"
 #include "bench/preview.h"
 #include "bench/resting.h"
+#include "bench/rule.h"
 #include "bench/sim.h"
 #include "bench/sphere.h"
 #include "bench/trace.h"
@@ -45,6 +47,13 @@ constexpr const char* kUsage =
     "shared\n"
     "usage: firn-bench medium [--particles N] [--isa I] [--json FILE]\n"
     "  flights of light through a ball of snow from collision to collision, on one thread\n"
+    "usage: firn-bench rule [--particles N] [--shape ball|slab] [--radius r] [--isa I] [--repeats R]\n"
+    "                       [--json FILE]\n"
+    "  rays by packets, together and one by one, from pixels of a sixteenth of a spacing to such of eight, "
+    "on\n"
+    "  one thread; and what the renderer's rule loses against the best\n"
+    "usage: firn-bench mesh [--triangles N] [--isa I] [--repeats R] [--json FILE]\n"
+    "  rays against a bumpy ball of triangles, on one thread\n"
     "usage: firn-bench preview [--particles N] [--shape ball|slab] [--threads T] [--isa I] [--repeats R]\n"
     "                          [--clock wall|cpu] [--json FILE]\n"
     "  a frame of the preview, 960 x 540 pixels, and each of its stages; the best of R frames\n"
@@ -170,6 +179,29 @@ int preview(int argc, char** argv) {
   return 0;
 }
 
+int mesh(int argc, char** argv) {
+  firn::bench::MeshOptions o;
+  Options options;
+  options.takes = {{"--triangles", number("--triangles", o.triangles)},
+                   {"--isa", word(o.isa)},
+                   {"--repeats", number("--repeats", o.repeats)},
+                   {"--json", word(o.json)}};
+  options.read(argc, argv);
+  firn::bench::run_mesh(o);
+  return 0;
+}
+
+int rule(int argc, char** argv) {
+  firn::bench::RuleOptions o;
+  Options options;
+  options.takes = {{"--particles", number("--particles", o.particles)}, {"--shape", word(o.shape)},
+                   {"--radius", number("--radius", o.radius)},          {"--isa", word(o.isa)},
+                   {"--repeats", number("--repeats", o.repeats)},       {"--json", word(o.json)}};
+  options.read(argc, argv);
+  firn::bench::run_rule(o);
+  return 0;
+}
+
 int sphere(int argc, char** argv) {
   firn::bench::SphereOptions o;
   Options options;
@@ -207,8 +239,8 @@ int main(int argc, char** argv) {
     return 0;
   }
   const std::map<std::string, int (*)(int, char**)> commands = {
-      {"sim", sim},       {"kernels", kernels}, {"resting", resting}, {"trace", trace},
-      {"medium", medium}, {"preview", preview}, {"sphere", sphere}};
+      {"sim", sim},         {"kernels", kernels}, {"resting", resting}, {"trace", trace}, {"medium", medium},
+      {"preview", preview}, {"sphere", sphere},   {"mesh", mesh},       {"rule", rule}};
   const auto command = commands.find(argc < 2 ? "" : argv[1]);
   if (command == commands.end()) {
     std::fputs(kUsage, stderr);

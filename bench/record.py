@@ -41,6 +41,11 @@ RUNS = {
     "trace, 5M": ["trace", "--particles", "5000000"],
     "preview, ball": ["preview"],
     "preview, slab": ["preview", "--shape", "slab"],
+    "rule, ball": ["rule"],
+    "rule, slab": ["rule", "--shape", "slab"],
+    "mesh": ["mesh"],
+    "mesh, x86-64-v3": ["mesh", "--isa", "x86-64-v3"],
+    "mesh, 1M": ["mesh", "--triangles", "1000000"],
 }
 
 

@@ -98,6 +98,31 @@ PREVIEW_HEAD = ["run", "grid, ms", "field", "primary", "shadow", "shade", "frame
                 "frames/s, still", "frames/s, moving"]
 
 
+def rule_rows(runs):
+    for name, run in runs.items():
+        for r in run.get("rule", []):
+            rates = [r[key + "_mrays"] for key in RULE_WAYS]
+            best = max(rates)
+            yield [name, r["snow"], r["rays"], f"{r['footprint']:g}",
+                   *(f"**{rate:.2f}**" if rate == best else f"{rate:.2f}" for rate in rates),
+                   f"{100 * r['loss']:.0f} %"]
+
+
+RULE_WAYS = ["64", "16", "together", "single", "rule"]
+RULE_HEAD = ["run", "snow", "rays", "spacings a pixel", "packets of 64, M rays/s", "of 16", "together", "one by one",
+             "the rule", "it loses"]
+
+
+def mesh_rows(runs):
+    for name, run in runs.items():
+        if "triangles" in run:
+            yield [name, f"{run['triangles']:,}", run["isa"],
+                   *(f"{run[key]:.2f}" for key in ["build_ms", "primary_mrays", "shadow_mrays", "diffuse_mrays"])]
+
+
+MESH_HEAD = ["run", "triangles", "ISA", "build, ms", "primary, M rays/s of one core", "shadow", "diffuse"]
+
+
 def command_rows(runs):
     for name, run in runs.items():
         dt = f"{1e6 * run['dt']:.3g} µs" if "dt" in run else ""
@@ -112,7 +137,8 @@ def section(results):
     parts = [f"### {machine['cpu']}, {machine['cores']} cores\n\nCompiler: {', '.join(compilers)}.{peaks}\n\n"]
     for head, rows in [(KERNEL_HEAD, kernel_rows(runs)), (SVD_HEAD, svd_rows(runs)), (STEP_HEAD, step_rows(runs)),
                        (["ratio", ""], ratio_rows(runs)), (TRACE_HEAD, trace_rows(runs)),
-                       (PREVIEW_HEAD, preview_rows(runs))]:
+                       (PREVIEW_HEAD, preview_rows(runs)), (RULE_HEAD, rule_rows(runs)),
+                       (MESH_HEAD, mesh_rows(runs))]:
         if rows := list(rows):
             parts.append(table(head, rows))
     parts.append(table(["run", "command", "dt", "commit"], command_rows(runs), column="---"))

@@ -192,17 +192,12 @@ Slab BallPacket<kRays, kAny>::meet(int slab, const CellRange& cells) {
   return Slab::passed;
 }
 
-// Cells across a packet beyond which fewer rays at a time are faster; from the bench.
-constexpr float kWidestLarge = 16, kWidestSmall = 8;
-
 template <bool kAny>
 void trace_coherent(const TraceGrid& grid, const RayView& rays, std::size_t begin, std::size_t end) {
   trace_in_packets(
-      begin, end,
-      [&](bool large, std::size_t from) {
-        return large ? BallPacket<64, kAny>(grid, rays, from).trace(kWidestLarge)
-                     : BallPacket<16, kAny>(grid, rays, from).trace(kWidestSmall);
-      },
+      grid.packets, begin, end,
+      [&](std::size_t from, float widest) { return BallPacket<64, kAny>(grid, rays, from).trace(widest); },
+      [&](std::size_t from, float widest) { return BallPacket<16, kAny>(grid, rays, from).trace(widest); },
       [&](std::size_t from, std::size_t to) { (kAny ? occluded : closest)(grid, rays, from, to); });
 }
 

@@ -316,19 +316,20 @@ void Packet<Kind, kRays, kAny>::store_hits() const {
   }
 }
 
-// Rays [begin, end) by packet(large, from), of 64 or 16 of them; where it declines, and what is left, by
-// others(from, to).
-template <class Trace, class Others>
-void trace_in_packets(std::size_t begin, std::size_t end, Trace&& packet, Others&& others) {
-  constexpr std::size_t kLarge = 64, kSmall = 16;  // rays
+// Rays [begin, end) by large(from, widest) and small(from, widest), 64 and 16 of them; where these decline,
+// and what is left, by others(from, to).
+template <class Large, class Small, class Others>
+void trace_in_packets(PacketWidths widest, std::size_t begin, std::size_t end, Large&& large, Small&& small,
+                      Others&& others) {
+  constexpr std::size_t kLarge = 64, kSmall = 16;
   while (begin + kSmall <= end) {
-    const bool large = begin + kLarge <= end;
-    if (large && packet(true, begin)) {
+    const bool many = begin + kLarge <= end;
+    if (many && widest.large >= 0 && large(begin, widest.large)) {
       begin += kLarge;
       continue;
     }
-    for (const std::size_t last = begin + (large ? kLarge : kSmall); begin < last; begin += kSmall) {
-      if (!packet(false, begin)) others(begin, begin + kSmall);
+    for (const std::size_t last = begin + (many ? kLarge : kSmall); begin < last; begin += kSmall) {
+      if (widest.small < 0 || !small(begin, widest.small)) others(begin, begin + kSmall);
     }
   }
   if (begin < end) others(begin, end);

@@ -258,18 +258,13 @@ bool trace_packet(const TraceGrid& grid, const SurfaceField& field, const RayVie
   return true;
 }
 
-// Cells across a packet beyond which fewer rays at a time are faster; from the bench.
-constexpr float kWidestLarge = 6, kWidestSmall = 4;
-
 template <bool kAny>
 void trace_coherent(const TraceGrid& grid, const SurfaceField& field, const RayView& rays, std::size_t begin,
                     std::size_t end) {
   trace_in_packets(
-      begin, end,
-      [&](bool large, std::size_t from) {
-        return large ? trace_packet<64, kAny>(grid, field, rays, from, kWidestLarge)
-                     : trace_packet<16, kAny>(grid, field, rays, from, kWidestSmall);
-      },
+      field.packets, begin, end,
+      [&](std::size_t from, float widest) { return trace_packet<64, kAny>(grid, field, rays, from, widest); },
+      [&](std::size_t from, float widest) { return trace_packet<16, kAny>(grid, field, rays, from, widest); },
       [&](std::size_t from, std::size_t to) {
         (kAny ? surface_occluded : surface_closest)(grid, field, rays, from, to);
       });

@@ -28,6 +28,9 @@ void wander(const TraceGrid&, const MediumField&, const WalkView&, const std::ui
 void probe(const TraceGrid&, const float*, const ProbeView&, float, std::size_t, std::size_t,
            float*);  // probe.cpp
 
+double mesh_closest(const MeshView&, const double[3], const double[3], double, std::int32_t&);  // mesh.cpp
+bool mesh_occluded(const MeshView&, const double[3], const double[3], double);                  // mesh.cpp
+
 TraceKernels trace_kernels() {
   return {extent,
           cell_codes,
@@ -43,7 +46,9 @@ TraceKernels trace_kernels() {
           surface_occluded_coherent,
           collide,
           wander,
-          probe};
+          probe,
+          mesh_closest,
+          mesh_occluded};
 }
 
 }  // namespace firn::kernels::FIRN_ISA

@@ -34,6 +34,12 @@ inline constexpr std::uint32_t kMostListed = 255;  // balls
 inline constexpr std::size_t kListUnit = 16;       // floats
 inline constexpr std::uint64_t kMostUnits = (1ull << 24) - 1;
 
+// Cells across a packet of 64 or of 16 rays, beside the reach of what it may meet, beyond which fewer rays at
+// a time are faster: found by `firn-bench rule`. Negative: no such packets.
+struct PacketWidths {
+  float large, small;
+};
+
 struct TraceGrid {
   float cell = 1, inv_cell = 1;  // m, 1/m
   int cells[3] = {0, 0, 0};      // multiples of 4
@@ -53,6 +59,7 @@ struct TraceGrid {
   std::uint64_t list_room = 0;
   const BallBundle* strays = nullptr;  // too large or too far for the cells: every ray tests them
   std::uint64_t stray_bundles = 0;
+  PacketWidths packets = {16, 8};  // against balls
 };
 
 // Columns of rays. Directions are unit vectors. `t` is the reach on entry (m, may be infinite) and the
@@ -100,6 +107,7 @@ struct SurfaceField {
   const float* fill = nullptr;               // per occupied brick: kBrickCorners, 1 in evenly packed snow
   const std::uint32_t* cell_kind = nullptr;  // per occupied brick: eight words, four bits a cell
   float level = 0.5f;
+  PacketWidths packets = {6, 4};
 };
 inline constexpr std::uint32_t kSurfaceHit = 0xfffffffeu;
 
@@ -132,6 +140,32 @@ struct MediumField {
 // kInThickSnow where the cell is.
 inline constexpr std::uint32_t kUnlit = 8, kInThickSnow = 16;
 inline constexpr std::uint32_t kMostLit = 32;  // of one walk
+
+// Boxes around the children of a node in a tree of triangles. child: a node, or ~k for triangle bundle k.
+struct alignas(64) BoxBundle {
+  float low[3][kRayLanes], high[3][kRayLanes];  // m, with the margin
+  std::int32_t child[kRayLanes];
+  std::int32_t count;
+};
+// Of MeshView::size, what boxes are padded by and triangles may be missed by: roundings of a float are 6e-8
+// of it, and some ten of them add up.
+inline constexpr float kMeshMargin = 4e-6f;
+inline constexpr int kMostMeshDepth = 80;  // nodes above one another
+// Triangles by their first corner and the two edges from it; a place without one has index -1.
+struct alignas(64) TriangleBundle {
+  float a[3][kRayLanes], u[3][kRayLanes], v[3][kRayLanes];  // m
+  std::int32_t index[kRayLanes];                            // of the triangle
+  float longest;                                            // m, of the edges u and v
+};
+// A mesh in a frame of its own. The tree's first node is its root; null: there are no triangles.
+struct MeshView {
+  const BoxBundle* nodes = nullptr;
+  const TriangleBundle* triangles = nullptr;
+  const double* vertices = nullptr;       // m, x, y, z
+  const std::int32_t* corners = nullptr;  // three vertices a triangle
+  double low[3], high[3];                 // m, of the root, with its margin
+  float size = 0;                         // m, the diagonal and the largest coordinate together
+};
 
 struct Extent {
   float low, high;  // infinite if there is nothing
@@ -192,6 +226,12 @@ struct TraceKernels {
   // each probe in [begin, end); 0 outside the cells.
   void (*probe)(const TraceGrid&, const float* field, const ProbeView&, float distance, std::size_t begin,
                 std::size_t end, float* value) = nullptr;
+  // The nearest triangle that o + t d (the mesh's frame) meets at 0 < t < limit, from either side: t, and
+  // which; else `limit`, and `triangle` as it was. Of equal distances the lower index.
+  double (*mesh_closest)(const MeshView&, const double o[3], const double d[3], double limit,
+                         std::int32_t& triangle) = nullptr;
+  // Whether there is one.
+  bool (*mesh_occluded)(const MeshView&, const double o[3], const double d[3], double limit) = nullptr;
 };
 
 }  // namespace firn::kernels

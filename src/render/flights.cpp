@@ -20,6 +20,20 @@ void Flights::find_surface(RayStream& rays, bool coherent) const {
   }
 }
 
+void Flights::find_objects(RayStream& rays, std::vector<ObjectHit>& objects) const {
+  objects.assign(rays.size(), {});
+  if (world_.objects.empty()) return;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    objects[i] = world_.objects.closest(rays.origin(i), rays.direction(i), rays.t(i));
+    if (objects[i].object >= 0) rays.t(i) = objects[i].t;
+  }
+}
+
+void Flights::find(RayStream& rays, bool coherent, std::vector<ObjectHit>& objects) const {
+  find_surface(rays, coherent);  // most rays that meet it need no object
+  find_objects(rays, objects);
+}
+
 void Flights::find_shadow(RayStream& rays, bool coherent) const {
   if (world_.grid.size() == 0) return;
   const kernels::TraceKernels& with = world_.kernels;
@@ -46,8 +60,9 @@ void Flights::fly(RayStream& rays, const RayMarks& marks, bool first, std::vecto
       world_.kernels.collide(world_.field.view(), world_.snow, rays.view(), marks.key.data(),
                              marks.share.data(), 0, count);
     }
+    find_objects(rays, objects_);
   } else {
-    find_surface(rays, first);
+    find(rays, first, objects_);
   }
   for (std::size_t i = 0; i < count; ++i) {
     Arrival& arrival = arrivals[i];
@@ -66,11 +81,8 @@ void Flights::fly(RayStream& rays, const RayMarks& marks, bool first, std::vecto
       arrival.scattered = rays.scattered(i);
       if (arrival.scattered > 0) arrival.lit = world_.snow.lit[rays.last_depth(i)];
     }
-    arrival.object = world_.objects.closest(o, d, t);
-    if (arrival.object.object >= 0) {
-      t = arrival.object.t;
-      arrival.what = Meets::object;
-    }
+    arrival.object = objects_[i];
+    if (arrival.object.object >= 0) arrival.what = Meets::object;
     if (world_.lights.hit(o, d, t, arrival.light)) arrival.what = Meets::light;
     if (!world_.media.empty()) {
       const auto flight = world_.media.fly(o, d, t, marks.key[i] ^ kOtherMedia);

@@ -75,7 +75,11 @@ class Flights {
   // space.
   void find_surface(RayStream& rays, bool coherent) const;
 
-  // Whether it lies there: rays.hit is 0 or kNoHit. `coherent`: neighbours are neighbours in space.
+  // The first of the snow's surface, shapes and meshes before the rays' reach, as rays.t: rays.hit is of the
+  // snow, objects[i] of what lies before it.
+  void find(RayStream& rays, bool coherent, std::vector<ObjectHit>& objects) const;
+
+  // Whether the surface lies there: rays.hit is 0 or kNoHit. `coherent`: neighbours are neighbours in space.
   void find_shadow(RayStream& rays, bool coherent = false) const;
 
   // What comes through of each ray up to its reach: 0 or 1 by objects and the snow (there by chance: on
@@ -83,7 +87,10 @@ class Flights {
   void pass(RayStream& rays, const RayMarks& marks, std::vector<Vec3f>& through);
 
  private:
+  void find_objects(RayStream& rays, std::vector<ObjectHit>& objects) const;
+
   const World& world_;
+  std::vector<ObjectHit> objects_;
   bool inside_;  // light scatters in the snow
 };
 

@@ -22,8 +22,10 @@ Vec3f texture_at(const Surface& look, const Vec3& local, Eigen::Index facing) {
 
 }  // namespace
 
-ObjectSet::ObjectSet(std::vector<Object> objects, std::vector<Surface> surfaces)
-    : objects_(std::move(objects)),
+ObjectSet::ObjectSet(const kernels::TraceKernels& kernels, std::vector<Object> objects,
+                     std::vector<Surface> surfaces)
+    : kernels_(kernels),
+      objects_(std::move(objects)),
       surfaces_(std::move(surfaces)),
       triangles_(objects_.size()),
       pose_(objects_.size()),
@@ -59,7 +61,12 @@ void ObjectSet::place(const Vec3& origin, double time) {
 
 double ObjectSet::intersect(std::size_t object, const Vec3& o, const Vec3& d, double limit,
                             Vec3& normal) const {
-  if (triangles_[object]) return triangles_[object]->intersect(o, d, limit, normal);
+  if (const auto& triangles = triangles_[object]) {
+    std::int32_t met = -1;
+    const double t = kernels_.mesh_closest(triangles->view(), o.data(), d.data(), limit, met);
+    if (met >= 0) normal = triangles->normal(met);
+    return t;
+  }
   const auto& form = objects_[object].shape.form;
   if (const auto* ball = std::get_if<Ball>(&form)) return firn::intersect(*ball, o, d, limit, normal);
   if (const auto* box = std::get_if<Box>(&form)) return firn::intersect(*box, o, d, limit, normal);
@@ -68,6 +75,13 @@ double ObjectSet::intersect(std::size_t object, const Vec3& o, const Vec3& d, do
   if (const auto* capsule = std::get_if<Capsule>(&form))
     return firn::intersect(*capsule, o, d, limit, normal);
   return firn::intersect(std::get<HalfSpace>(form), o, d, limit, normal);
+}
+
+bool ObjectSet::blocks(std::size_t object, const Vec3& o, const Vec3& d, double limit) const {
+  if (const auto& triangles = triangles_[object])
+    return kernels_.mesh_occluded(triangles->view(), o.data(), d.data(), limit);
+  Vec3 normal;
+  return intersect(object, o, d, limit, normal) < limit;
 }
 
 std::shared_ptr<const SurfaceArea> ObjectSet::area(int object) const {
@@ -117,13 +131,11 @@ ObjectHit ObjectSet::closest(const Vec3f& o, const Vec3f& d, float reach) const 
 }
 
 bool ObjectSet::occluded(const Vec3f& o, const Vec3f& d, float reach) const {
-  Vec3 normal;
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     if (surfaces_[objects_[i].surface].kind == SurfaceKind::none || room_[i].beyond(o, reach)) continue;
     const Mat3& rotation = pose_[i].rotation;
     const Vec3 local_o = rotation.transpose() * (o.cast<double>() - pose_[i].translation);
-    const double limit = reach;
-    if (intersect(i, local_o, rotation.transpose() * d.cast<double>(), limit, normal) < limit) return true;
+    if (blocks(i, local_o, rotation.transpose() * d.cast<double>(), reach)) return true;
   }
   return false;
 }

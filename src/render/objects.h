@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "kernels/trace/table.h"
 #include "src/render/scattering.h"
 #include "src/render/setup.h"
 #include "src/render/surface_area.h"
@@ -22,7 +23,7 @@ struct ObjectHit {
 class ObjectSet {
  public:
   // A usage Error if an object names a surface that does not exist.
-  ObjectSet(std::vector<Object> objects, std::vector<Surface> surfaces);
+  ObjectSet(const kernels::TraceKernels& kernels, std::vector<Object> objects, std::vector<Surface> surfaces);
 
   // Render space is world space minus `origin`; objects that move are where they are at `time` (s).
   void place(const Vec3& origin, double time = 0);
@@ -65,8 +66,10 @@ class ObjectSet {
   };
 
   double intersect(std::size_t object, const Vec3& o, const Vec3& d, double limit, Vec3& normal) const;
+  bool blocks(std::size_t object, const Vec3& o, const Vec3& d, double limit) const;
   Vec3f albedo_at(int object, const Vec3& local, const Vec3& normal) const;
 
+  const kernels::TraceKernels& kernels_;
   std::vector<Object> objects_;
   std::vector<Surface> surfaces_;
   std::vector<std::shared_ptr<const TriangleSet>> triangles_;  // per object; empty for analytic shapes

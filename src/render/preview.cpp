@@ -89,7 +89,7 @@ void PreviewTile::aim(const Tile& tile) {
 
 void PreviewTile::find(bool first) {
   next_rays_.clear(), next_sights_.clear();
-  Flights(view_.world).find_surface(rays_, first);
+  Flights(view_.world).find(rays_, first, objects_);
   rays_traced_ += rays_.size();
   for (std::size_t ray = 0; ray < rays_.size(); ++ray) arrive(ray, first);
   std::swap(rays_, next_rays_);
@@ -101,12 +101,10 @@ void PreviewTile::arrive(std::size_t ray, bool first) {
   const Vec3f o = rays_.origin(ray), d = rays_.direction(ray);
   float& t = rays_.t(ray);
   const bool snow = rays_.hit(ray) != kernels::kNoHit;
-  ObjectHit met;
+  const ObjectHit& met = objects_[ray];
   LightHit light;
   bool glows = false;
   if (!bare_) {
-    met = world.objects.closest(o, d, t);
-    if (met.object >= 0) t = met.t;
     glows = world.lights.hit(o, d, t, light) ||
             (met.object >= 0 && world.lights.object_hit(met.object, d, met, light));
   }

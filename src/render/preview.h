@@ -108,6 +108,7 @@ class PreviewTile {
   std::vector<float> spread_;
   RayStream rays_, next_rays_, shadow_rays_;
   std::vector<Sight> sights_, next_sights_;
+  std::vector<ObjectHit> objects_;  // per ray, what it meets before the snow
   std::vector<Point> points_;
   std::vector<float> probe_from_[3], probe_down_[3], probe_up_[3], density_;
   std::vector<std::uint32_t> open_;  // points whose columns go on

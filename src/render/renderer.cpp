@@ -46,7 +46,7 @@ struct Renderer::State {
         shade(table.shade),
         setup(std::move(given)),
         camera(setup.camera, setup.image),
-        objects(setup.objects, setup.surfaces),
+        objects(kernels, setup.objects, setup.surfaces),
         lights(setup.lights, objects),
         media(setup.media),
         grid(table.trace),

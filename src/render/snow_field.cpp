@@ -313,7 +313,9 @@ void SnowField::build(RenderGrid& grid, const Snapshot& snapshot, const std::vec
   close_bricks();
   measure_gradients();
   measure_strays(snapshot, looks);
-  surface_ = {fill_.data(), kind_.data(), kLevel};
+  surface_.fill = fill_.data();
+  surface_.cell_kind = kind_.data();
+  surface_.level = kLevel;
 }
 
 bool SnowField::find(const Vec3f& p, Place& place) const {

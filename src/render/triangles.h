@@ -5,18 +5,23 @@
 #include <memory>
 #include <vector>
 
+#include "kernels/trace/table.h"
 #include "src/geometry/mesh.h"
 #include "src/geometry/shape.h"
+#include "src/render/triangle_tree.h"
 
 namespace firn {
 
 class TriangleSet {
  public:
   TriangleSet(std::vector<Vec3> vertices, std::vector<Triangle> triangles);
+  TriangleSet(const TriangleSet&) = delete;
+  TriangleSet& operator=(const TriangleSet&) = delete;
 
-  // The nearest triangle that o + t d meets at 0 < t < limit, from either side; t, or `limit` if none.
-  // `normal` (unit, the side of counter-clockwise order) is set on a hit.
-  double intersect(const Vec3& o, const Vec3& d, double limit, Vec3& normal) const;
+  // For TraceKernels::mesh_closest; lives as long as this.
+  const kernels::MeshView& view() const { return view_; }
+  // Unit, on the side from which a triangle's corners go counter-clockwise.
+  Vec3 normal(int triangle) const;
 
   const std::vector<Vec3>& vertices() const { return vertices_; }
   const std::vector<Triangle>& triangles() const { return triangles_; }
@@ -24,7 +29,8 @@ class TriangleSet {
  private:
   std::vector<Vec3> vertices_;
   std::vector<Triangle> triangles_;
-  MeshTree tree_;
+  TriangleTree tree_;
+  kernels::MeshView view_;
 };
 
 std::shared_ptr<const TriangleSet> triangles_of(const Mesh& mesh);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/table.h"
 #include "src/core/isa.h"
 #include "src/geometry/mesh.h"
 #include "src/render/directions.h"
@@ -34,7 +35,8 @@ struct Case {
 
 // Lights about the receiver; world space.
 struct Stage {
-  explicit Stage(const Case& c) : objects(c.objects, {glow()}), lights(c.lights, objects) {
+  explicit Stage(const Case& c)
+      : objects(supported_kernels().back()->trace, c.objects, {glow()}), lights(c.lights, objects) {
     objects.place(kOrigin);
     lights.place(kOrigin, Vec3::Zero(), 4);
   }

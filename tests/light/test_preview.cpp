@@ -89,7 +89,7 @@ TEST_CASE("light from all around falls on a plane as quadrature has it") {
   const std::vector<Light> even = {ConstantLight{Vec3f(1, 2, 3)}};
   const std::vector<Light> sky = {
       SkyLight{Vec3f(0.12f, 0.24f, 0.52f), Vec3f(0.42f, 0.52f, 0.68f), Vec3f(0.25f, 0.27f, 0.3f)}};
-  const ObjectSet none({}, {});
+  const ObjectSet none(supported_kernels().back()->trace, {}, {});
   const AmbientLight constant(LightSet(even, none)), gradient(LightSet(sky, none));
   const LightSet lights(sky, none);
   // What order 2 leaves out is order 4, of which a cosine lobe keeps 1/24 of what it keeps of order 0.

@@ -11,8 +11,10 @@
 #include "src/geometry/shape.h"
 #include "src/render/objects.h"
 #include "tests/catch.h"
+#include "tests/trace/ray_cases.h"
 
 using namespace firn;
+using firn::test::best_trace;
 
 namespace {
 
@@ -54,7 +56,7 @@ std::vector<Shape> shapes() {
 }
 
 ObjectSet only(const Shape& shape, const Vec3& origin = Vec3::Zero()) {
-  ObjectSet set({Object{shape, 0}}, {Surface{}});
+  ObjectSet set(best_trace(), {Object{shape, 0}}, {Surface{}});
   set.place(origin);
   return set;
 }
@@ -137,7 +139,7 @@ TEST_CASE("a checker has squares of its size") {
   surface.checker_size = 0.25;
   Shape plane;
   plane.form = HalfSpace{};
-  ObjectSet set({Object{plane, 0}}, {surface});
+  ObjectSet set(best_trace(), {Object{plane, 0}}, {surface});
   set.place(Vec3::Zero());
   const auto shade = [&set](float x, float z) {
     return set.closest(Vec3f(x, 1, z), Vec3f(0, -1, 0), 5).albedo.x();
@@ -153,7 +155,7 @@ TEST_CASE("a checker has squares of its size") {
 TEST_CASE("an object that moves is seen where it is at the frame's time") {
   Object ball{Shape{Ball{0.5}, {}}, 0, {}};
   ball.motion = Motion({{1, Vec3::Zero()}, {2, Vec3(2, 0, 0)}}, Vec3::Zero());
-  ObjectSet set({ball}, {Surface{}});
+  ObjectSet set(best_trace(), {ball}, {Surface{}});
   const auto seen = [&](double time) {
     set.place(Vec3(0.25, 0, 0), time);
     return 5.25 - set.closest(Vec3f(5, 0, 0), Vec3f(-1, 0, 0), 20).t;  // world x of its far end
