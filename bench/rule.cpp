@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // firn-bench rule: is the right kernel asked? Camera rays, shadow rays to one light and bounce rays, in tiles
-// of 8x8 pixels, each kind by packets of 64 (of 16 where it is not coherent, and so on), by packets of 16,
-// all together and one by one, against balls and against the smooth surface: and as the renderer has it.
-// Packets have no greatest width here but where the rule decides.
+// of 8x8 pixels, each kind by packets of 64, all together and one by one, against balls and against the
+// smooth surface: and as the renderer has it. Packets have no greatest width here but where the rule decides.
 #include "bench/rule.h"
 
 #include <tbb/global_control.h>
@@ -30,20 +29,16 @@ namespace {
 
 constexpr int kTile = 8, kMostAcross = 256;  // pixels
 constexpr std::size_t kRays = 1 << 16;
-constexpr float kFar = std::numeric_limits<float>::infinity(), kAny = 1e9f, kNone = -1;
+constexpr float kFar = std::numeric_limits<float>::infinity(), kAnyWidth = 1e9f;
 constexpr double kFootprints[] = {1. / 16, 1. / 8, 1. / 4, 1. / 2, 1, 2, 4, 8};  // spacings a pixel
 constexpr const char* kKinds[kRayKindCount] = {"primary", "shadow", "diffuse"};
 
 struct Way {
   const char* name;
-  kernels::PacketWidths widths;
   bool packets;      // else all together
   std::size_t most;  // rays in a call
 };
-constexpr Way kWays[] = {{"64", {kAny, kAny}, true, kRays},
-                         {"16", {kNone, kAny}, true, kRays},
-                         {"together", {kNone, kNone}, false, kRays},
-                         {"single", {kNone, kNone}, false, 1}};
+constexpr Way kWays[] = {{"packets", true, kRays}, {"together", false, kRays}, {"single", false, 1}};
 
 // The snow of one kind, and how rays are traced against it.
 struct Snow {
@@ -51,11 +46,10 @@ struct Snow {
   const kernels::TraceGrid& grid;
   const kernels::SurfaceField* surface;  // null: balls
 
-  void trace(RayStream& rays, RayKind kind, bool packets, const kernels::PacketWidths* widths,
-             std::size_t most) const {
+  void trace(RayStream& rays, RayKind kind, bool packets, const float* widest, std::size_t most) const {
     kernels::TraceGrid view = grid;
     kernels::SurfaceField field = surface != nullptr ? *surface : kernels::SurfaceField{};
-    if (widths != nullptr) view.packets = field.packets = *widths;
+    if (widest != nullptr) view.widest_packet = field.widest_packet = *widest;
     const bool any = kind == RayKind::shadow;
     for (std::size_t i = 0; i < rays.size(); i += most) {
       const std::size_t end = std::min(i + most, rays.size());
@@ -127,13 +121,13 @@ struct Measured {
 Measured measure(const Snow& snow, const RayStream& rays, RayKind kind, int repeats) {
   Measured m;
   for (int repeat = 0; repeat <= repeats; ++repeat) {  // the first makes lists, and counts for none
-    const auto timed = [&](Best& best, bool packets, const kernels::PacketWidths* widths, std::size_t most) {
+    const auto timed = [&](Best& best, bool packets, const float* widest, std::size_t most) {
       RayStream going = rays;
-      const double seconds = seconds_of([&] { snow.trace(going, kind, packets, widths, most); });
+      const double seconds = seconds_of([&] { snow.trace(going, kind, packets, widest, most); });
       if (repeat > 0) best.add(seconds);
     };
     for (std::size_t w = 0; w < std::size(kWays); ++w)
-      timed(m.ways[w], kWays[w].packets, &kWays[w].widths, kWays[w].most);
+      timed(m.ways[w], kWays[w].packets, &kAnyWidth, kWays[w].most);
     timed(m.rule, kind != RayKind::bounce, nullptr, rays.size());
   }
   return m;
@@ -162,7 +156,7 @@ void run_rule(const RuleOptions& options) {
   std::printf(
       "%s of %zu particles, 1 thread, %s, M rays/s; the best is marked, loss: of the rule against it\n",
       options.shape.c_str(), scene.snapshot.size(), kernels.isa);
-  std::printf("%-8s %-8s %10s %9s %9s %9s %9s %9s %6s\n", "snow", "rays", "footprint", "64", "16", "together",
+  std::printf("%-8s %-8s %10s %9s %9s %9s %9s %6s\n", "snow", "rays", "footprint", "packets", "together",
               "single", "rule", "loss");
   const double width = std::cbrt(static_cast<double>(scene.snapshot.size()));
   for (const Snow& snow : both) {

@@ -108,8 +108,8 @@ def rule_rows(runs):
                    f"{100 * r['loss']:.0f} %"]
 
 
-RULE_WAYS = ["64", "16", "together", "single", "rule"]
-RULE_HEAD = ["run", "snow", "rays", "spacings a pixel", "packets of 64, M rays/s", "of 16", "together", "one by one",
+RULE_WAYS = ["packets", "together", "single", "rule"]
+RULE_HEAD = ["run", "snow", "rays", "spacings a pixel", "packets of 64, M rays/s", "together", "one by one",
              "the rule", "it loses"]
 
 

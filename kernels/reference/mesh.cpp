@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "kernels/reference/mesh.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -26,8 +25,8 @@ double entry_of(const MeshView& mesh, const double o[3], const double d[3], doub
   for (int a = 0; a < 3; ++a) {
     if (d[a] == 0 && o[a] >= mesh.low[a] && o[a] <= mesh.high[a]) continue;
     const double inv = 1 / d[a], low = (mesh.low[a] - o[a]) * inv, high = (mesh.high[a] - o[a]) * inv;
-    in = std::max(in, std::min(low, high));
-    out = d[a] == 0 ? -1 : std::min(out, std::max(low, high));
+    in = std::fmax(in, std::fmin(low, high));
+    out = d[a] == 0 ? -1 : std::fmin(out, std::fmax(low, high));
   }
   return in <= out ? in : std::numeric_limits<double>::infinity();
 }

@@ -12,9 +12,9 @@ void occluded(const TraceGrid&, const RayView&, std::size_t, std::size_t);  // w
 
 namespace {
 
-template <int kRays, bool kAny>
-class BallPacket : public Packet<BallPacket<kRays, kAny>, kRays, kAny> {
-  using Base = Packet<BallPacket<kRays, kAny>, kRays, kAny>;
+template <bool kAny>
+class BallPacket : public Packet<BallPacket<kAny>, kAny> {
+  using Base = Packet<BallPacket<kAny>, kAny>;
 
  public:
   BallPacket(const TraceGrid& grid, const RayView& rays, std::size_t begin)
@@ -53,8 +53,8 @@ class BallPacket : public Packet<BallPacket<kRays, kAny>, kRays, kAny> {
   Window near_;  // at_, widened by what a ball reaches across the bound
 };
 
-template <int kRays, bool kAny>
-FIRN_INLINE void BallPacket<kRays, kAny>::test_ball(std::uint32_t b) {
+template <bool kAny>
+FIRN_INLINE void BallPacket<kAny>::test_ball(std::uint32_t b) {
   const Floats x = splat(grid_.x[b]), y = splat(grid_.y[b]), z = splat(grid_.z[b]);
   const float r = grid_.radius == nullptr ? grid_.max_radius : grid_.radius[b];
   const Floats r2 = splat(r * __builtin_fabsf(r));  // a negative radius is never hit
@@ -82,17 +82,17 @@ FIRN_INLINE void BallPacket<kRays, kAny>::test_ball(std::uint32_t b) {
   if (meetings_ > kMostMeetings - kParts) settle();
 }
 
-template <int kRays, bool kAny>
-FIRN_INLINE Floats BallPacket<kRays, kAny>::seen(int part, Floats x, Floats y, Floats z, Floats r2,
-                                                 Floats& along) const {
+template <bool kAny>
+FIRN_INLINE Floats BallPacket<kAny>::seen(int part, Floats x, Floats y, Floats z, Floats r2,
+                                          Floats& along) const {
   const Floats c[3] = {x - o_[0][part], y - o_[1][part], z - o_[2][part]};
   const Floats d[3] = {d_[0][part], d_[1][part], d_[2][part]};
   return project(c, d, r2, along);
 }
 
 // Whether a ball is met is asked first, where it is entered later: so no branch hangs on each.
-template <int kRays, bool kAny>
-void BallPacket<kRays, kAny>::settle() {
+template <bool kAny>
+void BallPacket<kAny>::settle() {
   for (int k = 0; k < meetings_; ++k) {
     const Meeting& m = meeting_[k];
     Floats& best = best_[m.part];
@@ -109,8 +109,8 @@ void BallPacket<kRays, kAny>::settle() {
   meetings_ = 0;
 }
 
-template <int kRays, bool kAny>
-void BallPacket<kRays, kAny>::widen() {
+template <bool kAny>
+void BallPacket<kAny>::widen() {
   for (int side = 0; side < 2; ++side) {
     const auto across = [&](float slope) { return reach_ * __builtin_sqrtf(1 + slope * slope); };
     near_.low[side] = at_.low[side] - across(slope_.low[side]);
@@ -119,8 +119,8 @@ void BallPacket<kRays, kAny>::widen() {
 }
 
 // Of a register of balls, so far along from from_, those that the bounds' planes leave to the rays.
-template <int kRays, bool kAny>
-FIRN_INLINE Mask BallPacket<kRays, kAny>::in_bounds(std::uint32_t begin, int some, Floats along) const {
+template <bool kAny>
+FIRN_INLINE Mask BallPacket<kAny>::in_bounds(std::uint32_t begin, int some, Floats along) const {
   const float* const column[3] = {grid_.x, grid_.y, grid_.z};
   Mask in = mask_of_first(some) & less_equal(splat(-reach_), along) &
             less_equal(along, splat(furthest_ + reach_ - from_));
@@ -132,8 +132,8 @@ FIRN_INLINE Mask BallPacket<kRays, kAny>::in_bounds(std::uint32_t begin, int som
   return in;
 }
 
-template <int kRays, bool kAny>
-FIRN_INLINE void BallPacket<kRays, kAny>::collect_run(std::uint32_t begin, std::uint32_t end, float plane) {
+template <bool kAny>
+FIRN_INLINE void BallPacket<kAny>::collect_run(std::uint32_t begin, std::uint32_t end, float plane) {
   const float* const column[3] = {grid_.x, grid_.y, grid_.z};
   for (; begin < end; begin += kLanes) {
     const int some = end - begin < kLanes ? static_cast<int>(end - begin) : kLanes;
@@ -153,15 +153,15 @@ FIRN_INLINE void BallPacket<kRays, kAny>::collect_run(std::uint32_t begin, std::
 
 // The balls of these cells, which lie in one slab, that are within the bounds. Cells of a brick that follow
 // one another along y and z are one run, so that registers are full; it is cheaper to tell balls than cells.
-template <int kRays, bool kAny>
-void BallPacket<kRays, kAny>::collect(const CellRange& cells, float plane) {
+template <bool kAny>
+void BallPacket<kAny>::collect(const CellRange& cells, float plane) {
   for_each_long_run(grid_, cells.low, cells.high,
                     [&](std::uint32_t begin, std::uint32_t end) { collect_run(begin, end, plane); });
 }
 
 // Balls that were collected; end: behind the last of each slice.
-template <int kRays, bool kAny>
-void BallPacket<kRays, kAny>::sort_by_slice(std::int32_t sorted[], int end[]) {
+template <bool kAny>
+void BallPacket<kAny>::sort_by_slice(std::int32_t sorted[], int end[]) {
   int next[kBrickCells] = {};
   for (int k = 0; k < collected_; ++k) ++next[slice_[k]];
   for (int k = 0, sum = 0; k < kBrickCells; ++k) {
@@ -173,8 +173,8 @@ void BallPacket<kRays, kAny>::sort_by_slice(std::int32_t sorted[], int end[]) {
   collected_ = 0;
 }
 
-template <int kRays, bool kAny>
-Slab BallPacket<kRays, kAny>::meet(int slab, const CellRange& cells) {
+template <bool kAny>
+Slab BallPacket<kAny>::meet(int slab, const CellRange& cells) {
   for (int k = slab; k < slab + kBrickCells; k += kBrickCells - 1) {
     if (this->wide(this->window(k, 1))) return Slab::declined;
   }
@@ -195,9 +195,8 @@ Slab BallPacket<kRays, kAny>::meet(int slab, const CellRange& cells) {
 template <bool kAny>
 void trace_coherent(const TraceGrid& grid, const RayView& rays, std::size_t begin, std::size_t end) {
   trace_in_packets(
-      grid.packets, begin, end,
-      [&](std::size_t from, float widest) { return BallPacket<64, kAny>(grid, rays, from).trace(widest); },
-      [&](std::size_t from, float widest) { return BallPacket<16, kAny>(grid, rays, from).trace(widest); },
+      begin, end,
+      [&](std::size_t from) { return BallPacket<kAny>(grid, rays, from).trace(grid.widest_packet); },
       [&](std::size_t from, std::size_t to) { (kAny ? occluded : closest)(grid, rays, from, to); });
 }
 

@@ -6,6 +6,7 @@
 // Walks (`wander`) turn where they collide and go on in their lanes.
 #include "kernels/simd/math.h"
 #include "kernels/trace/cell_list.h"
+#include "kernels/trace/corners.h"
 #include "kernels/trace/stream.h"
 
 namespace firn::kernels::FIRN_ISA {
@@ -31,24 +32,6 @@ FIRN_INLINE T random_bits(T low, T high, T n) {
 FIRN_INLINE Floats uniform(Bits random) { return to_float((Ints)(random >> 8)) * splat(0x1p-24f); }
 // Of an exponential distribution of mean 1: -log of a number in (0, 1].
 FIRN_INLINE Floats exponential(Bits random) { return -log(uniform(random) + 0x1p-24f); }
-
-// A field between the eight corners of the lanes' cells.
-struct Corners {
-  Ints first;
-  Floats part[3];
-
-  FIRN_INLINE Floats of(const float* field, Mask lanes) const {
-    Floats along_z[4];
-    for (int k = 0; k < 4; ++k) {
-      const Ints at = first + ((k >> 1) * kCornerSide * kCornerSide + (k & 1) * kCornerSide);
-      along_z[k] = mix(gather(field, at, lanes), gather(field, at + 1, lanes), part[2]);
-    }
-    return mix(mix(along_z[0], along_z[1], part[1]), mix(along_z[2], along_z[3], part[1]), part[0]);
-  }
-
- private:
-  FIRN_INLINE static Floats mix(Floats low, Floats high, Floats by) { return fma(by, high - low, low); }
-};
 
 template <bool kWanders>
 struct MediumCells {
@@ -177,8 +160,7 @@ struct MediumCells {
     const Ints bits =
         gather(reinterpret_cast<const std::int32_t*>(field.cell_kind), place >> 3, lanes) >> (4 * (cell & 7));
     Corners corners;
-    corners.first = slot * kBrickCorners + (walk.cell(0) & 3) * (kCornerSide * kCornerSide) +
-                    (walk.cell(1) & 3) * kCornerSide + (walk.cell(2) & 3);
+    corners.first = first_corner(slot, walk.cell(0), walk.cell(1), walk.cell(2));
     Floats p[3];
     for (int a = 0; a < 3; ++a) {
       p[a] = fma(from, walk.direction(a), walk.origin(a));

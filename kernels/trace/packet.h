@@ -7,7 +7,7 @@
 //     slab of bricks   rays     o---->---------
 //     packet,
 //     +---+---+---+        o---->---------        Bounds are drawn anew when a slab has shortened some rays.
-//     |   |###|###|  <- cells within the bounds   A packet whose bounds are wide against the cells is split.
+//     |   |###|###|  <- cells within the bounds   Wide packets go by other ways.
 #pragma once
 #include "kernels/trace/ball_test.h"
 #include "kernels/trace/cell_list.h"
@@ -16,6 +16,7 @@
 
 namespace firn::kernels::FIRN_ISA {
 
+inline constexpr int kRays = 64;              // of a packet
 inline constexpr float kMinMainShare = 0.4f;  // of every direction along the main axis
 inline constexpr float kFar = 3e38f;
 inline constexpr float kBlocked = -2;  // m, of rays that something blocks: a reach of less than nothing
@@ -36,7 +37,7 @@ enum class Slab { passed, ended, declined };
 // kAny: whether any hit will do. Packets of a kind derive from it and have
 //   Slab meet(int slab, const CellRange&)   tests these cells, which are those of four slices from `slab` on
 // and call shorten() when they are done with what found_ tells of.
-template <class Kind, int kRays, bool kAny>
+template <class Kind, bool kAny>
 class Packet {
  public:
   // False if the rays are not coherent, or the packet is or grows wider than `widest` cells beside the reach,
@@ -44,7 +45,7 @@ class Packet {
   bool trace(float widest);
 
  protected:
-  static constexpr int kParts = kRays / kLanes < 1 ? 1 : kRays / kLanes;
+  static constexpr int kParts = kRays / kLanes;
 
   // reach: m, from what is met to its place in the grid.
   Packet(const TraceGrid& grid, const RayView& rays, std::size_t begin, float reach)
@@ -102,8 +103,8 @@ class Packet {
   bool shortened_ = false;  // some ray, since the bounds were drawn
 };
 
-template <class Kind, int kRays, bool kAny>
-bool Packet<Kind, kRays, kAny>::trace(float widest) {
+template <class Kind, bool kAny>
+bool Packet<Kind, kAny>::trace(float widest) {
   widest_ = widest;
   load_rays();
   static_cast<Kind*>(this)->set_aside();
@@ -113,8 +114,8 @@ bool Packet<Kind, kRays, kAny>::trace(float widest) {
   return true;
 }
 
-template <class Kind, int kRays, bool kAny>
-void Packet<Kind, kRays, kAny>::load_rays() {
+template <class Kind, bool kAny>
+void Packet<Kind, kAny>::load_rays() {
   float o[3][kRays], d[3][kRays], best[kRays];
   for (int lane = 0; lane < kRays; ++lane) rays_.hit[begin_ + lane] = kNoHit;
   for (int lane = 0; lane < kRays && grid_.stray_bundles > 0; ++lane) {
@@ -138,15 +139,15 @@ void Packet<Kind, kRays, kAny>::load_rays() {
   }
 }
 
-template <class Kind, int kRays, bool kAny>
-bool Packet<Kind, kRays, kAny>::any_live() const {
+template <class Kind, bool kAny>
+bool Packet<Kind, kAny>::any_live() const {
   Mask some = live(0);
   for (int part = 1; part < kParts; ++part) some = some | live(part);
   return any(some);
 }
 
-template <class Kind, int kRays, bool kAny>
-bool Packet<Kind, kRays, kAny>::choose_main() {
+template <class Kind, bool kAny>
+bool Packet<Kind, kAny>::choose_main() {
   int part = 0;
   while (!any(live(part))) ++part;
   const int first = __builtin_ctz(static_cast<unsigned>(lane_bits(live(part))));
@@ -164,8 +165,8 @@ bool Packet<Kind, kRays, kAny>::choose_main() {
 }
 
 // The bounds of the rays that reach beyond `from` along the main axis.
-template <class Kind, int kRays, bool kAny>
-void Packet<Kind, kRays, kAny>::look_ahead(float from) {
+template <class Kind, bool kAny>
+void Packet<Kind, kAny>::look_ahead(float from) {
   Floats nearest = splat(kFar), furthest = splat(-kFar);
   Mask ahead[kParts];
   for (int part = 0; part < kParts; ++part) {
@@ -203,8 +204,8 @@ void Packet<Kind, kRays, kAny>::look_ahead(float from) {
   shortened_ = false;
 }
 
-template <class Kind, int kRays, bool kAny>
-FIRN_INLINE void Packet<Kind, kRays, kAny>::shorten() {
+template <class Kind, bool kAny>
+FIRN_INLINE void Packet<Kind, kAny>::shorten() {
   if (!found_) return;
   Floats furthest = splat(-kFar);
   for (int part = 0; part < kParts; ++part) {
@@ -218,8 +219,8 @@ FIRN_INLINE void Packet<Kind, kRays, kAny>::shorten() {
 }
 
 // A bound on the way from one plane to another is linear, since every ray is.
-template <class Kind, int kRays, bool kAny>
-FIRN_INLINE Window Packet<Kind, kRays, kAny>::window(int k, int count) const {
+template <class Kind, bool kAny>
+FIRN_INLINE Window Packet<Kind, kAny>::window(int k, int count) const {
   const float length = to_ - from_;
   const auto inside = [&](float along) { return along < 0 ? 0 : along > length ? length : along; };
   const float first = inside(plane(k) - reach_ - from_), last = inside(plane(k + count) + reach_ - from_);
@@ -232,9 +233,8 @@ FIRN_INLINE Window Packet<Kind, kRays, kAny>::window(int k, int count) const {
   return w;
 }
 
-template <class Kind, int kRays, bool kAny>
-FIRN_INLINE bool Packet<Kind, kRays, kAny>::cells_of(const Window& w, int k, int count,
-                                                     CellRange& cells) const {
+template <class Kind, bool kAny>
+FIRN_INLINE bool Packet<Kind, kAny>::cells_of(const Window& w, int k, int count, CellRange& cells) const {
   cells.low[main_] = forward_ ? k : grid_.cells[main_] - k - count;
   cells.high[main_] = cells.low[main_] + count - 1;
   for (int side = 0; side < 2; ++side) {
@@ -250,8 +250,8 @@ FIRN_INLINE bool Packet<Kind, kRays, kAny>::cells_of(const Window& w, int k, int
 
 // How many bricks, beginning with those of these cells, are empty whichever way one goes; 0: one of them is
 // not.
-template <class Kind, int kRays, bool kAny>
-int Packet<Kind, kRays, kAny>::clearance(const CellRange& cells) const {
+template <class Kind, bool kAny>
+int Packet<Kind, kAny>::clearance(const CellRange& cells) const {
   int least = 1 << 20;
   for (int x = cells.low[0] >> 2; x <= cells.high[0] >> 2; ++x) {
     for (int y = cells.low[1] >> 2; y <= cells.high[1] >> 2; ++y) {
@@ -266,8 +266,8 @@ int Packet<Kind, kRays, kAny>::clearance(const CellRange& cells) const {
 }
 
 // m aside per metre along the main axis that a bound goes, at most; at least 1.
-template <class Kind, int kRays, bool kAny>
-float Packet<Kind, kRays, kAny>::steepest() const {
+template <class Kind, bool kAny>
+float Packet<Kind, kAny>::steepest() const {
   float most = 1;
   for (int side = 0; side < 2; ++side) {
     const float low = __builtin_fabsf(slope_.low[side]), high = __builtin_fabsf(slope_.high[side]);
@@ -278,8 +278,8 @@ float Packet<Kind, kRays, kAny>::steepest() const {
 }
 
 // Slab of bricks after slab of bricks.
-template <class Kind, int kRays, bool kAny>
-bool Packet<Kind, kRays, kAny>::walk() {
+template <class Kind, bool kAny>
+bool Packet<Kind, kAny>::walk() {
   const float begin = from_ - reach_ - plane(0), slope = steepest();
   first_ = begin > 0 ? static_cast<int>(begin * grid_.inv_cell) : 0;
   for (int slab = first_ & ~3; slab < grid_.cells[main_]; slab += kBrickCells) {
@@ -298,8 +298,8 @@ bool Packet<Kind, kRays, kAny>::walk() {
   return true;
 }
 
-template <class Kind, int kRays, bool kAny>
-void Packet<Kind, kRays, kAny>::store_hits() const {
+template <class Kind, bool kAny>
+void Packet<Kind, kAny>::store_hits() const {
   float best[kRays];
   std::int32_t particle[kRays];
   for (int part = 0; part < kParts; ++part) {
@@ -316,23 +316,20 @@ void Packet<Kind, kRays, kAny>::store_hits() const {
   }
 }
 
-// Rays [begin, end) by large(from, widest) and small(from, widest), 64 and 16 of them; where these decline,
-// and what is left, by others(from, to).
-template <class Large, class Small, class Others>
-void trace_in_packets(PacketWidths widest, std::size_t begin, std::size_t end, Large&& large, Small&& small,
-                      Others&& others) {
-  constexpr std::size_t kLarge = 64, kSmall = 16;
-  while (begin + kSmall <= end) {
-    const bool many = begin + kLarge <= end;
-    if (many && widest.large >= 0 && large(begin, widest.large)) {
-      begin += kLarge;
-      continue;
-    }
-    for (const std::size_t last = begin + (many ? kLarge : kSmall); begin < last; begin += kSmall) {
-      if (widest.small < 0 || !small(begin, widest.small)) others(begin, begin + kSmall);
-    }
+// Rays [begin, end) by packet(from), kRays of them; where it declines, and what is left, by others(from, to):
+// as many as follow one another, since they go best together.
+template <class Trace, class Others>
+void trace_in_packets(std::size_t begin, std::size_t end, Trace&& packet, Others&& others) {
+  std::size_t declined = begin;  // from here on
+  const auto trace_declined = [&](std::size_t to) {
+    if (declined < to) others(declined, to);
+  };
+  for (; begin + kRays <= end; begin += kRays) {
+    if (!packet(begin)) continue;
+    trace_declined(begin);
+    declined = begin + kRays;
   }
-  if (begin < end) others(begin, end);
+  trace_declined(end);
 }
 
 }  // namespace firn::kernels::FIRN_ISA

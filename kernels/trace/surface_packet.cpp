@@ -42,9 +42,9 @@ struct CellFill {
   }
 };
 
-template <int kRays, bool kAny>
-class SurfacePacket : public Packet<SurfacePacket<kRays, kAny>, kRays, kAny> {
-  using Base = Packet<SurfacePacket<kRays, kAny>, kRays, kAny>;
+template <bool kAny>
+class SurfacePacket : public Packet<SurfacePacket<kAny>, kAny> {
+  using Base = Packet<SurfacePacket<kAny>, kAny>;
 
  public:
   SurfacePacket(const TraceGrid& grid, const SurfaceField& field, const RayView& rays, std::size_t begin)
@@ -73,8 +73,8 @@ class SurfacePacket : public Packet<SurfacePacket<kRays, kAny>, kRays, kAny> {
   std::uint64_t inside_ = 0;  // rays that begin in the snow, a bit each
 };
 
-template <int kRays, bool kAny>
-void SurfacePacket<kRays, kAny>::set_aside() {
+template <bool kAny>
+void SurfacePacket<kAny>::set_aside() {
   std::int32_t within[kRays];  // begins in the grid
   for (int lane = 0; lane < kRays; ++lane) within[lane] = entry_[lane] <= 0 ? -1 : 0;
   for (int part = 0; part < kParts; ++part) {
@@ -90,8 +90,8 @@ void SurfacePacket<kRays, kAny>::set_aside() {
   }
 }
 
-template <int kRays, bool kAny>
-FIRN_INLINE Mask SurfacePacket<kRays, kAny>::begins_inside(int part, Mask lanes) const {
+template <bool kAny>
+FIRN_INLINE Mask SurfacePacket<kAny>::begins_inside(int part, Mask lanes) const {
   const Floats o[3] = {o_[0][part], o_[1][part], o_[2][part]};
   const CellPoints points(grid_, o, lanes);
   if (!any(points.inside)) return points.inside;
@@ -99,17 +99,17 @@ FIRN_INLINE Mask SurfacePacket<kRays, kAny>::begins_inside(int part, Mask lanes)
   return points.inside & less_equal(splat(field_.level), fill);
 }
 
-template <int kRays, bool kAny>
-FIRN_INLINE void SurfacePacket<kRays, kAny>::note(int part, Mask hit, Floats t, std::uint32_t what) {
+template <bool kAny>
+FIRN_INLINE void SurfacePacket<kAny>::note(int part, Mask hit, Floats t, std::uint32_t what) {
   best_[part] = select(hit, kAny ? splat(kBlocked) : t, best_[part]);
   particle_[part] = select(hit, splat_int(static_cast<std::int32_t>(what)), particle_[part]);
   found_ = true;
 }
 
 // Lanes that are in the snow where they come into the cell or rise into it before `end`, and where (t).
-template <int kRays, bool kAny>
-FIRN_INLINE Mask SurfacePacket<kRays, kAny>::rise(int part, const CellFill& fill, const Floats from[3],
-                                                  Mask lanes, Floats begin, Floats end, Floats& t) const {
+template <bool kAny>
+FIRN_INLINE Mask SurfacePacket<kAny>::rise(int part, const CellFill& fill, const Floats from[3], Mask lanes,
+                                           Floats begin, Floats end, Floats& t) const {
   const auto value = [&](Floats at) FIRN_INLINE_LAMBDA {
     Floats u[3];
     for (int a = 0; a < 3; ++a)
@@ -146,9 +146,8 @@ FIRN_INLINE Mask SurfacePacket<kRays, kAny>::rise(int part, const CellFill& fill
   return hit;
 }
 
-template <int kRays, bool kAny>
-FIRN_INLINE void SurfacePacket<kRays, kAny>::test_surface(std::int32_t slot, const int cell[3],
-                                                          bool crossed) {
+template <bool kAny>
+FIRN_INLINE void SurfacePacket<kAny>::test_surface(std::int32_t slot, const int cell[3], bool crossed) {
   float low[3], high[3];
   for (int a = 0; a < 3; ++a) {
     low[a] = static_cast<float>(cell[a]) * grid_.cell;
@@ -179,8 +178,8 @@ FIRN_INLINE void SurfacePacket<kRays, kAny>::test_surface(std::int32_t slot, con
 }
 
 // False where the cell has no list.
-template <int kRays, bool kAny>
-FIRN_INLINE bool SurfacePacket<kRays, kAny>::test_loose(std::size_t place, const int cell[3]) {
+template <bool kAny>
+FIRN_INLINE bool SurfacePacket<kAny>::test_loose(std::size_t place, const int cell[3]) {
   const std::uint32_t word = find_list(grid_, place, cell);
   if (word == kNoList) return false;
   const std::size_t count = word & kMostListed;
@@ -207,8 +206,8 @@ FIRN_INLINE bool SurfacePacket<kRays, kAny>::test_loose(std::size_t place, const
   return true;
 }
 
-template <int kRays, bool kAny>
-bool SurfacePacket<kRays, kAny>::test_cells(const CellRange& cells) {
+template <bool kAny>
+bool SurfacePacket<kAny>::test_cells(const CellRange& cells) {
   for (int x = cells.low[0]; x <= cells.high[0]; ++x) {
     for (int y = cells.low[1]; y <= cells.high[1]; ++y) {
       for (int z = cells.low[2]; z <= cells.high[2]; ++z) {
@@ -228,8 +227,8 @@ bool SurfacePacket<kRays, kAny>::test_cells(const CellRange& cells) {
   return true;
 }
 
-template <int kRays, bool kAny>
-Slab SurfacePacket<kRays, kAny>::meet(int slab, const CellRange&) {
+template <bool kAny>
+Slab SurfacePacket<kAny>::meet(int slab, const CellRange&) {
   for (int k = slab > first_ ? slab : first_; k < slab + kBrickCells; ++k) {
     if (this->plane(k) - reach_ > furthest_) return Slab::ended;
     const Window here = this->window(k, 1);
@@ -241,19 +240,19 @@ Slab SurfacePacket<kRays, kAny>::meet(int slab, const CellRange&) {
   return Slab::passed;
 }
 
-template <int kRays, bool kAny>
-void SurfacePacket<kRays, kAny>::trace_others() const {
+template <bool kAny>
+void SurfacePacket<kAny>::trace_others() const {
   for (std::uint64_t left = inside_; left != 0; left &= left - 1) {
     const std::size_t i = begin_ + static_cast<std::size_t>(__builtin_ctzll(left));
     (kAny ? surface_occluded : surface_closest)(grid_, field_, rays_, i, i + 1);
   }
 }
 
-template <int kRays, bool kAny>
-bool trace_packet(const TraceGrid& grid, const SurfaceField& field, const RayView& rays, std::size_t begin,
-                  float widest) {
-  SurfacePacket<kRays, kAny> packet(grid, field, rays, begin);
-  if (!packet.trace(widest)) return false;
+// False if it declines.
+template <bool kAny>
+bool trace_packet(const TraceGrid& grid, const SurfaceField& field, const RayView& rays, std::size_t begin) {
+  SurfacePacket<kAny> packet(grid, field, rays, begin);
+  if (!packet.trace(field.widest_packet)) return false;
   packet.trace_others();
   return true;
 }
@@ -262,9 +261,7 @@ template <bool kAny>
 void trace_coherent(const TraceGrid& grid, const SurfaceField& field, const RayView& rays, std::size_t begin,
                     std::size_t end) {
   trace_in_packets(
-      field.packets, begin, end,
-      [&](std::size_t from, float widest) { return trace_packet<64, kAny>(grid, field, rays, from, widest); },
-      [&](std::size_t from, float widest) { return trace_packet<16, kAny>(grid, field, rays, from, widest); },
+      begin, end, [&](std::size_t from) { return trace_packet<kAny>(grid, field, rays, from); },
       [&](std::size_t from, std::size_t to) {
         (kAny ? surface_occluded : surface_closest)(grid, field, rays, from, to);
       });

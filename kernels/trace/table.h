@@ -34,12 +34,6 @@ inline constexpr std::uint32_t kMostListed = 255;  // balls
 inline constexpr std::size_t kListUnit = 16;       // floats
 inline constexpr std::uint64_t kMostUnits = (1ull << 24) - 1;
 
-// Cells across a packet of 64 or of 16 rays, beside the reach of what it may meet, beyond which fewer rays at
-// a time are faster: found by `firn-bench rule`. Negative: no such packets.
-struct PacketWidths {
-  float large, small;
-};
-
 struct TraceGrid {
   float cell = 1, inv_cell = 1;  // m, 1/m
   int cells[3] = {0, 0, 0};      // multiples of 4
@@ -59,7 +53,9 @@ struct TraceGrid {
   std::uint64_t list_room = 0;
   const BallBundle* strays = nullptr;  // too large or too far for the cells: every ray tests them
   std::uint64_t stray_bundles = 0;
-  PacketWidths packets = {16, 8};  // against balls
+  // Cells across a packet of 64 coherent rays, beside the reach of what it may meet, beyond which its rays
+  // are faster by other ways: found by `firn-bench rule` and `trace`. Against balls.
+  float widest_packet = 8;
 };
 
 // Columns of rays. Directions are unit vectors. `t` is the reach on entry (m, may be infinite) and the
@@ -107,7 +103,7 @@ struct SurfaceField {
   const float* fill = nullptr;               // per occupied brick: kBrickCorners, 1 in evenly packed snow
   const std::uint32_t* cell_kind = nullptr;  // per occupied brick: eight words, four bits a cell
   float level = 0.5f;
-  PacketWidths packets = {6, 4};
+  float widest_packet = 5;  // as TraceGrid has it, against the surface
 };
 inline constexpr std::uint32_t kSurfaceHit = 0xfffffffeu;
 
