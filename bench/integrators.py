@@ -2,9 +2,10 @@
 """The integrators at equal error: seconds x mean squared error of each on the scenes of bench/integrators, of which the
 least is best. Errors come from pictures of different seeds, half of their mean squared difference, so they know nothing
 of an integrator's bias; the pictures' means are printed for that. Seconds are those of a frame's tracing, the least of
-the seeds', with the gridding of the snow and the choice of `auto`. For a quiet machine; takes some minutes.
+the seeds', with the gridding of the snow and the choice of `auto`. For a quiet machine; takes some minutes. --curve: a
+table for docs/figures/light.py.
 
-usage: integrators.py FIRN [--threads N] [--seeds N] [--integrators A,B] [--set KEY=VALUE]... [SCENE...]"""
+usage: integrators.py FIRN [--curve FILE] [--threads N] [--seeds N] [--integrators A,B] [--set KEY=VALUE]... [SCENE...]"""
 import argparse
 import array
 import itertools
@@ -54,6 +55,14 @@ def measure(firn, name, integrator, seeds, settings):
             "rmse": square**0.5 / mean, "cost": seconds * square}
 
 
+def add_curve(path, name, rows):
+    """A scene's rows in place of those that the table has of it."""
+    head = "series,seconds,noise"
+    others = [line for line in (path.read_text().splitlines()[1:] if path.exists() else []) if not line.startswith(f"{name}:")]
+    own = [f"{name}:{row['integrator']},{row['seconds']:.3f},{row['rmse']:.6f}" for row in rows]
+    path.write_text("\n".join([head, *others, *own]) + "\n")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("firn")
@@ -61,8 +70,9 @@ def main():
     parser.add_argument("--threads", type=int)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--integrators", default="path,bidirectional,light,auto")
+    parser.add_argument("--curve", type=Path)
     parser.add_argument("--set", action="append", default=[], dest="settings")
-    given = parser.parse_args()
+    given = parser.parse_intermixed_args()
     print("| scene | integrator | samples | s | RMSE / mean | mean | s x MSE over the best |")
     print("|---|---|---|---|---|---|---|")
     for name in given.scenes:
@@ -74,6 +84,8 @@ def main():
             print(f"| {name} | {row['integrator']}{took} | {row['samples']} | {row['seconds']:.2f} | "
                   f"{row['rmse']:.4f} | {row['mean']:.4f} | {row['cost'] / best:.2f} |")
             sys.stdout.flush()
+        if given.curve:
+            add_curve(given.curve, name, rows)
 
 
 main()

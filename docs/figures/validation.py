@@ -3,27 +3,16 @@
 names a folder (`./dev figures` runs them). Dashes are the law, colours are measured. Makes docs/figures/validation/*.svg.
 
 usage: validation.py [FOLDER_OF_CURVES]"""
-import csv
 import sys
 from math import log2, log10
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent / "svg"))
+from curves import read  # noqa: E402
 from plot import Plot  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[2]
 OUT = ROOT / "docs/figures/validation"
-
-
-def read(path):
-    """{series: {column: numbers}}, in the order of the file."""
-    table = {}
-    with open(path, newline="") as lines:
-        for row in csv.DictReader(lines):
-            of_series = table.setdefault(row.pop("series"), {})
-            for name, value in row.items():
-                of_series.setdefault(name, []).append(float(value))
-    return table
 
 
 def against_law(plot, table, x, y, expected, draw=Plot.points):

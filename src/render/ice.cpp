@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 
 #include "src/core/portable_math.h"
 
@@ -92,11 +93,15 @@ double ice_absorption(IceSource data, double wavelength_nm) {
   return low + (at - i) * (high - low);
 }
 
-Vec3 ice_color(IceSource data, double ice_path) {
+Vec3 color_of(IceSource data, const std::function<double(double)>& kept) {
   static const auto shares = find_shares();
   Vec3 sum = Vec3::Zero();
-  for (int i = 0; i < kWavelengths; ++i) sum += portable_exp(-absorption(data, i) * ice_path) * shares[i];
+  for (int i = 0; i < kWavelengths; ++i) sum += kept(absorption(data, i)) * shares[i];
   return sum;
+}
+
+Vec3 ice_color(IceSource data, double ice_path) {
+  return color_of(data, [ice_path](double absorption) { return portable_exp(-absorption * ice_path); });
 }
 
 IceTint::IceTint(IceSource data) : table_(kLast + 1) {

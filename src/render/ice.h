@@ -3,6 +3,7 @@
 // what it lost by wavelength depends on one number alone, the ice it crossed. IceTint turns that number into
 // colour.
 #pragma once
+#include <functional>
 #include <vector>
 
 #include "src/core/vector.h"
@@ -36,6 +37,9 @@ constexpr double snow_extinction(double grain_radius) { return 3 / (2 * kIceDens
 constexpr double ice_per_collision(double grain_radius, double enhancement = kNaturalEnhancement) {
   return enhancement * 2 / 3 * grain_radius;
 }
+
+// Linear sRGB of white light (D65) of which each wavelength keeps kept(absorption by ice, 1/m).
+Vec3 color_of(IceSource data, const std::function<double(double)>& kept);
 
 // Linear sRGB of white light (D65) after a way through ice, m, summed over the wavelengths by the colour
 // matching functions of CIE 1931; 1, 1, 1 at 0. A pure deep blue lies outside sRGB, so red falls below 0, to

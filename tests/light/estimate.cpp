@@ -8,8 +8,8 @@
 
 namespace firn::test {
 
-Estimate radiance_along(RenderSetup setup, const Snapshot& snapshot, const Vec3& position, const Vec3& target,
-                        int side, int samples) {
+Picture picture_along(RenderSetup setup, const Snapshot& snapshot, const Vec3& position, const Vec3& target,
+                      int side, int samples) {
   setup.camera.position = position;
   setup.camera.target = target;
   const bool steep = std::fabs((target - position).normalized().y()) > 0.9;
@@ -24,16 +24,24 @@ Estimate radiance_along(RenderSetup setup, const Snapshot& snapshot, const Vec3&
                          static_cast<std::uint64_t>(setup.objects.size()),
                          static_cast<std::uint64_t>(setup.lights[0].index()),
                          key_of(setup.objects.empty() ? 0 : setup.objects[0].shape.pose.translation.y()));
-  const Picture picture = render(snapshot, setup);
-  const int count = side * side;
+  return render(snapshot, setup);
+}
+
+Estimate channel_of(const Picture& picture, std::size_t channel) {
+  const int count = picture.width * picture.height;
   double sum = 0, squares = 0;
-  for (int k = 0; k < count; ++k) {
-    const double value = picture.rgb[3 * static_cast<std::size_t>(k) + 1];
+  for (std::size_t k = channel; k < picture.rgb.size(); k += 3) {
+    const double value = picture.rgb[k];
     sum += value;
     squares += value * value;
   }
   const double mean = sum / count;
   return {mean, std::sqrt(std::max(squares / count - mean * mean, 0.0) / (count - 1))};
+}
+
+Estimate radiance_along(const RenderSetup& setup, const Snapshot& snapshot, const Vec3& position,
+                        const Vec3& target, int side, int samples) {
+  return channel_of(picture_along(setup, snapshot, position, target, side, samples), 1);
 }
 
 double Scores::rms() const {

@@ -13,10 +13,15 @@ struct Estimate {
   double mean = 0, error = 0;  // error: one standard deviation of the mean
 };
 
-// What one camera ray brings back, from position towards target: the green channel, by `side` x `side` pixels
-// of their own random numbers.
-Estimate radiance_along(RenderSetup setup, const Snapshot& snapshot, const Vec3& position, const Vec3& target,
-                        int side, int samples);
+// What one camera ray brings back, from position towards target: `side` x `side` pixels of their own random
+// numbers.
+Picture picture_along(RenderSetup setup, const Snapshot& snapshot, const Vec3& position, const Vec3& target,
+                      int side, int samples);
+// A channel of such a picture.
+Estimate channel_of(const Picture& picture, std::size_t channel);
+// The green one.
+Estimate radiance_along(const RenderSetup& setup, const Snapshot& snapshot, const Vec3& position,
+                        const Vec3& target, int side, int samples);
 
 // Distances from expectation in standard deviations. They pass if none is beyond 4.5, at most 1 % (and one)
 // beyond 3, and their root mean square is near 1, neither biased nor suspiciously quiet: within 0.8 to 1.2 if

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tests/catch.h"
+#include "tests/curve.h"
 #include "tests/light/estimate.h"
 
 using namespace firn;
@@ -13,7 +14,9 @@ using namespace firn::test;
 
 namespace {
 
-constexpr int kSize = 32, kBlock = 8, kSeeds = 16;
+constexpr int kSize = 32, kBlock = 8;
+// Means of fewer pictures are too skewed by rare bright paths, and tell too little of their own spread.
+int seeds() { return makes_figures() ? 128 : 64; }
 
 using Blocks = std::vector<Estimate>;
 
@@ -22,9 +25,9 @@ Blocks measure(RenderSetup setup, const Snapshot& snapshot, Integrator integrato
   setup.image.integrator = integrator;
   setup.image.samples = samples;
   setup.image.width = setup.image.height = kSize;
-  const int across = kSize / kBlock;
+  const int across = kSize / kBlock, count = seeds();
   std::vector<double> sum(across * across), squares(across * across);
-  for (int seed = 0; seed < kSeeds; ++seed) {
+  for (int seed = 0; seed < count; ++seed) {
     setup.seed = 1000 * (static_cast<std::uint64_t>(integrator) + 1) + static_cast<std::uint64_t>(seed);
     const Picture picture = render(snapshot, setup);
     std::vector<double> block(across * across);
@@ -36,42 +39,59 @@ Blocks measure(RenderSetup setup, const Snapshot& snapshot, Integrator integrato
   }
   Blocks blocks;
   for (std::size_t k = 0; k < sum.size(); ++k) {
-    const double mean = sum[k] / kSeeds;
-    blocks.push_back({mean, std::sqrt(std::max(squares[k] / kSeeds - mean * mean, 0.0) / (kSeeds - 1))});
+    const double mean = sum[k] / count;
+    blocks.push_back({mean, std::sqrt(std::max(squares[k] / count - mean * mean, 0.0) / (count - 1))});
   }
   return blocks;
 }
 
-// Adds the differences of two measurements; blocks that are the same in every seed must be the same in both.
-void compare(const Blocks& a, const Blocks& b, Scores& scores) {
-  for (std::size_t k = 0; k < a.size(); ++k) {
-    const double error = std::hypot(a[k].error, b[k].error);
-    INFO("block " << k << ": " << a[k].mean << " +- " << a[k].error << " and " << b[k].mean << " +- "
-                  << b[k].error);
-    if (error < 1e-7) {
-      CHECK(a[k].mean == Approx(b[k].mean).margin(1e-5));
-      continue;
-    }
-    const double z = (a[k].mean - b[k].mean) / error;
-    CHECK(std::fabs(z) < 4.5);
-    scores.add(z, 0, 1);
-  }
-}
-
-void require_agreement(RenderSetup setup, const Snapshot& snapshot, int path_samples,
-                       int bidirectional_samples, int light_samples = 0) {
+// The differences of all pairs of measurements, and their curve.
+struct Agreement {
   Scores scores;
-  compare(measure(setup, snapshot, Integrator::path, path_samples),
-          measure(setup, snapshot, Integrator::bidirectional, bidirectional_samples), scores);
-  if (light_samples > 0) {
-    // As many scatterings as light subpaths can have, for both; from both ends a path could have twice as
-    // many.
-    setup.image.max_bounces = 14;
-    setup.image.light_bounces = 15;
-    compare(measure(setup, snapshot, Integrator::path, path_samples),
-            measure(setup, snapshot, Integrator::light, light_samples), scores);
+  Curve curve{"light_integrators", "series,block,expected,measured,error"};
+
+  // Blocks that are the same in every seed must be the same in both.
+  void compare(const std::string& name, const Blocks& a, const Blocks& b) {
+    Scores own;
+    for (std::size_t k = 0; k < a.size(); ++k) {
+      const double error = std::hypot(a[k].error, b[k].error);
+      INFO(name << ", block " << k << ": " << a[k].mean << " +- " << a[k].error << " and " << b[k].mean
+                << " +- " << b[k].error);
+      if (error < 1e-7) {
+        CHECK(a[k].mean == Approx(b[k].mean).margin(1e-5));
+        continue;
+      }
+      CHECK(std::fabs(a[k].mean - b[k].mean) < 4.5 * error);
+      own.add(b[k].mean, a[k].mean, error);
+      scores.add(b[k].mean, a[k].mean, error);
+      curve.add(name, {static_cast<double>(k), a[k].mean, b[k].mean, error});
+    }
+    require_unbiased(own);
   }
-  require_unbiased(scores);
+};
+
+// A scene and the samples of each picture of it by each integrator. 0: light subpaths cannot be all of the
+// path.
+struct Compared {
+  std::string name;
+  RenderSetup setup;
+  Snapshot snapshot;
+  int path = 16, bidirectional = 8, light = 0;
+};
+
+void compare(const Compared& scene, Agreement& agreement) {
+  RenderSetup setup = scene.setup;
+  agreement.compare(scene.name + ": path, bidirectional",
+                    measure(setup, scene.snapshot, Integrator::path, scene.path),
+                    measure(setup, scene.snapshot, Integrator::bidirectional, scene.bidirectional));
+  if (scene.light == 0) return;
+  // As many scatterings as light subpaths can have, for both; from both ends a path could have twice as
+  // many.
+  setup.image.max_bounces = 14;
+  setup.image.light_bounces = 15;
+  agreement.compare(scene.name + ": path, light",
+                    measure(setup, scene.snapshot, Integrator::path, scene.path),
+                    measure(setup, scene.snapshot, Integrator::light, scene.light));
 }
 
 void add_box(RenderSetup& setup, const Vec3& center, const Vec3& size, int surface) {
@@ -123,25 +143,15 @@ void make_thin(RenderSetup& setup) {
   setup.snow[0].ice_per_collision = 0.01;
 }
 
-}  // namespace
-
-TEST_CASE("path, light and bidirectional agree in a room", "[light]") {
-  RenderSetup setup = room();
-  require_agreement(setup, {}, 16, 8, 16);
-  // Random numbers without order are noisier, and no other light.
-  setup.image.sampler = SamplerKind::independent;
-  require_agreement(setup, {}, 16, 8);
-}
-
-TEST_CASE("path, light and bidirectional agree in a ball of fog lit from behind", "[light]") {
+Compared fog_lit_from_behind() {
   RenderSetup setup = empty_setup(Vec3(0, 0.2, 1.2), Vec3::Zero(), 25, kSize, 1, 1000);
   setup.media.push_back(fog_ball(Vec3::Zero(), 0.2, 15, 0.95, 0.5));
   add_box(setup, Vec3(0, -0.3, 0), Vec3(2, 0.1, 2), add_surface(setup, SurfaceKind::diffuse, 0.5f));
   setup.lights.push_back(SphereLight{Vec3(0.1, 0.3, -0.6), 0.1, Vec3f::Constant(20)});
-  require_agreement(setup, {}, 16, 8, 16);
+  return {"fog lit from behind", setup, {}, 16, 8, 16};
 }
 
-TEST_CASE("path and bidirectional agree in milk behind glass", "[light]") {
+Compared milk_behind_glass() {
   RenderSetup setup = empty_setup(Vec3(0, 0.2, 1.2), Vec3::Zero(), 25, kSize, 1, 1000);
   setup.media.push_back(fog_ball(Vec3::Zero(), 0.2, 20, 0.98, 0.3));
   const int glass = add_surface(setup, SurfaceKind::dielectric, 1);
@@ -150,28 +160,28 @@ TEST_CASE("path and bidirectional agree in milk behind glass", "[light]") {
   add_box(setup, Vec3(0, -0.3, 0), Vec3(2, 0.1, 2), add_surface(setup, SurfaceKind::diffuse, 0.5f));
   setup.lights.push_back(SphereLight{Vec3(0.4, 0.8, 0.3), 0.3, Vec3f::Constant(5)});
   setup.lights.push_back(ConstantLight{Vec3f::Constant(0.3f)});
-  require_agreement(setup, {}, 32, 16);
+  return {"milk behind glass", setup, {}, 32, 16};
 }
 
-TEST_CASE("path, light and bidirectional agree on snow under sun and sky", "[light]") {
+Compared snow_under_sun_and_sky() {
   RenderSetup setup = empty_setup(Vec3(0, 0.2, 0.9), Vec3::Zero(), 25, kSize, 1, 1000);
   make_thin(setup);
   add_box(setup, Vec3(0, -0.2, 0), Vec3(1, 0.1, 1), add_surface(setup, SurfaceKind::diffuse, 0.5f));
   setup.lights.push_back(SunLight{Vec3(1, 1, 0.5), 2, Vec3f::Constant(2)});
   setup.lights.push_back(SkyLight{Vec3f::Constant(0.3f), Vec3f::Constant(0.5f), Vec3f::Constant(0.2f)});
-  require_agreement(setup, snowball(Vec3::Zero(), 0.15, 0.012), 16, 8, 16);
+  return {"snow under sun and sky", setup, snowball(Vec3::Zero(), 0.15, 0.012), 16, 8, 16};
 }
 
-TEST_CASE("path, light and bidirectional agree on a lamp seen through snow", "[light]") {
+Compared lamp_behind_snow() {
   RenderSetup setup = empty_setup(Vec3(0, 0.1, 0.9), Vec3::Zero(), 30, kSize, 1, 1000);
   make_thin(setup);
   setup.lights.push_back(
       QuadLight{Vec3(-0.1, -0.1, -0.3), Vec3(0.2, 0, 0), Vec3(0, 0.2, 0), Vec3f::Constant(5)});
   add_box(setup, Vec3(0, -0.2, 0), Vec3(1, 0.1, 1), add_surface(setup, SurfaceKind::diffuse, 0.5f));
-  require_agreement(setup, snowball(Vec3::Zero(), 0.15, 0.012), 16, 8, 16);
+  return {"lamp behind snow", setup, snowball(Vec3::Zero(), 0.15, 0.012), 16, 8, 16};
 }
 
-TEST_CASE("path and bidirectional agree among mirrors, glass, gloss and snow", "[light]") {
+Compared mirrors_glass_gloss_and_snow() {
   RenderSetup setup = room();
   make_thin(setup);
   const int gloss = add_surface(setup, SurfaceKind::glossy, 0.6f),
@@ -181,5 +191,20 @@ TEST_CASE("path and bidirectional agree among mirrors, glass, gloss and snow", "
   add_ball(setup, Vec3(-0.28, 0.16, 0.1), 0.15, gloss);
   add_ball(setup, Vec3(0.28, 0.16, 0.2), 0.12, glass);
   add_box(setup, Vec3(0.2, 0.3, -0.3), Vec3(0.3, 0.6, 0.1), mirror);
-  require_agreement(setup, snowball(Vec3(0, 0.5, -0.1), 0.12, 0.012), 48, 24);
+  return {"mirrors, glass, gloss, snow", setup, snowball(Vec3(0, 0.5, -0.1), 0.12, 0.012), 48, 24};
+}
+
+}  // namespace
+
+TEST_CASE("path, light and bidirectional agree, block by block, on scenes of all kinds", "[light][figure]") {
+  Agreement agreement;
+  // Random numbers without order are noisier, and no other light.
+  Compared independent{"room, independent", room(), {}, 16, 8};
+  independent.setup.image.sampler = SamplerKind::independent;
+  for (const Compared& scene :
+       {Compared{"room", room(), {}, 16, 8, 16}, independent, fog_lit_from_behind(), milk_behind_glass(),
+        snow_under_sun_and_sky(), lamp_behind_snow(), mirrors_glass_gloss_and_snow()})
+    compare(scene, agreement);
+  CHECK(agreement.scores.size() > 150);
+  require_unbiased(agreement.scores);
 }

@@ -12,9 +12,11 @@
 #include "src/core/rotation.h"
 #include "src/render/directions.h"
 #include "tests/catch.h"
+#include "tests/curve.h"
 #include "tests/light/pictures.h"
 
 using namespace firn;
+using firn::test::Curve;
 
 namespace {
 
@@ -90,7 +92,8 @@ Snapshot moved(const Snapshot& from, const Mat3& turn, const Vec3& shift) {
 
 // Of the N facets in a cube that face outward, each has its normal in a cone with chance p = its solid angle
 // / 2 pi.
-TEST_CASE("the number of facets in a cone, over ten thousand particles, is binomial", "[light]") {
+TEST_CASE("the number of facets in a cone, over ten thousand particles, is binomial", "[light][figure]") {
+  Curve curve("light_glint_counts", "series,count,expected,measured");
   for (const double roughness : {0.5, 3.0, 20.0}) {
     const SparkleSettings s = settings(2e6, 0.2e-3, roughness);
     const FacetField field(s);
@@ -114,6 +117,10 @@ TEST_CASE("the number of facets in a cone, over ten thousand particles, is binom
     double chi2 = 0;
     int freedom = -1;
     for (int k = 0; k < kBins; ++k) {
+      curve.add("cone of a facet: " + std::string(roughness < 1    ? "0.5"
+                                                  : roughness < 10 ? "3"
+                                                                   : "20"),
+                {static_cast<double>(k), expected[k], seen[k]});
       if (expected[k] < 5) continue;
       chi2 += (seen[k] - expected[k]) * (seen[k] - expected[k]) / expected[k];
       ++freedom;
@@ -155,11 +162,13 @@ TEST_CASE("facets look everywhere alike, and any question finds the same ones", 
   CHECK(z4 / all == Approx(0.2).margin(4 * 0.27 / std::sqrt(mean)));
 }
 
-TEST_CASE("glints stay as the half vector turns, as far as two cones overlap", "[light]") {
+TEST_CASE("glints stay as the half vector turns, as far as two cones overlap", "[light][figure]") {
+  Curve curve("light_glint_turn", "series,part,expected,measured,error");
   const double roughness = 3;
   const FacetField field(settings(2e6, 0.3e-3, roughness));
   const auto chord = static_cast<float>(2 * std::sin(0.5 * roughness * kPi / 180));
-  for (const double part : {0.1, 0.3, 0.5, 0.8}) {  // x = turned by / two cones
+  for (const double part :
+       {0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9}) {  // x = turned by / two cones
     const double turned = 2 * part * chord;
     double kept = 0, all = 0;
     for (std::uint32_t id = 0; id < 20000; ++id) {
@@ -176,10 +185,13 @@ TEST_CASE("glints stay as the half vector turns, as far as two cones overlap", "
     INFO("turned by " << part << " of two cones, " << all << " glints");
     CHECK(all > 10000);
     CHECK(kept / all == Approx(expected).margin(0.02));
+    curve.add("glints", {part, expected, kept / all, std::sqrt(expected * (1 - expected) / all)});
   }
 }
 
-TEST_CASE("in the mean, glints are the smooth microfacet BRDF, for any light and any footprint", "[light]") {
+TEST_CASE("in the mean, glints are the smooth microfacet BRDF, for any light and any footprint",
+          "[light][figure]") {
+  Curve curve("light_glint_mean", "series,light_degrees,expected,measured,error,glints");
   const Snapshot snow = some_snow();
   const Vec3f n = Vec3f(0.2f, 0.9f, -0.3f).normalized();
   const Vec3f wo = around(n, 0.6f, 0, 0.8f), wi = around(n, -0.3f, 0.5f, std::sqrt(1 - 0.34f));
@@ -191,7 +203,7 @@ TEST_CASE("in the mean, glints are the smooth microfacet BRDF, for any light and
           Approx(0.0186 * s.density * 2 / 3 * s.size * s.size / (4 * (0.8 + std::sqrt(0.66)))).epsilon(0.03));
     for (const float light : {0.f, 0.2666f * kPi / 180, 0.08f}) {
       for (const float footprint : {0.f, 3e-3f}) {
-        double sum = 0, squares = 0;
+        double sum = 0, squares = 0, glints = 0;
         constexpr int kPoints = 150000;
         for (int k = 0; k < kPoints; ++k) {
           const std::uint64_t key = hash_keys(5, k);
@@ -207,10 +219,15 @@ TEST_CASE("in the mean, glints are the smooth microfacet BRDF, for any light and
           const double f = scene.sparkle->brdf(sorted, p, n, turned(wo), turned(wi), light, footprint);
           sum += f;
           squares += f * f;
+          glints += f > 0;
         }
         const double mean = sum / kPoints, error = std::sqrt((squares / kPoints - mean * mean) / kPoints);
         INFO("density " << s.density << ", light " << light << ", footprint " << footprint << ": " << mean
-                        << " +- " << error << " for " << smooth);
+                        << " +- " << error << " for " << smooth << ", " << glints << " glints");
+        CHECK(std::fabs(mean / smooth - 1) < 3 / std::sqrt(glints));
+        curve.add(std::to_string(static_cast<int>(s.density / 1e4)) + "/cm\u00b2, " +
+                      (footprint > 0 ? "3 mm" : "a point"),
+                  {light * 180 / kPi, 1, mean / smooth, error / smooth, glints});
         CHECK(std::fabs(mean - smooth) < 3.5 * error + 1e-9);
         CHECK(error < 0.2 * smooth);
       }

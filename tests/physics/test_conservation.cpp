@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Laws that hold whatever the material: conservation, free flight, rigid motion.
 #include "tests/catch.h"
-#include "tests/physics/curve.h"
+#include "tests/curve.h"
 #include "tests/physics/snow.h"
 
 using namespace firn;

@@ -4,7 +4,7 @@
 
 #include "src/core/error.h"
 #include "tests/catch.h"
-#include "tests/physics/curve.h"
+#include "tests/curve.h"
 #include "tests/physics/snow.h"
 
 using namespace firn;

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "tests/catch.h"
-#include "tests/physics/curve.h"
+#include "tests/curve.h"
 #include "tests/physics/snow.h"
 
 using namespace firn;

@@ -9,7 +9,7 @@
 
 #include "src/scene/presets.h"
 #include "tests/catch.h"
-#include "tests/physics/curve.h"
+#include "tests/curve.h"
 #include "tests/physics/snow.h"
 
 using namespace firn;

@@ -3,7 +3,7 @@
 // snows are those of scenes/rolling_ball.toml.
 #include "src/scene/presets.h"
 #include "tests/catch.h"
-#include "tests/physics/curve.h"
+#include "tests/curve.h"
 #include "tests/physics/snow.h"
 
 using namespace firn;

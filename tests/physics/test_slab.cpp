@@ -4,7 +4,7 @@
 // scenes/slab_release.toml, six cells wide, seen along the slope.
 #include "src/scene/presets.h"
 #include "tests/catch.h"
-#include "tests/physics/curve.h"
+#include "tests/curve.h"
 #include "tests/physics/snow.h"
 
 using namespace firn;

@@ -4,7 +4,7 @@
 
 #include "src/mpm/thin_colliders.h"
 #include "tests/catch.h"
-#include "tests/physics/curve.h"
+#include "tests/curve.h"
 #include "tests/physics/snow.h"
 
 using namespace firn;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What a test measures, as a table for the figures of docs/validation.md: one file a curve in the folder that
-// FIRN_FIGURES names, nothing where it is not set. `./dev figures` sets it and runs the tests tagged
-// [figure].
+// What a test measures, as a table for the figures of docs/validation.md and docs/rendering.md: one file a
+// curve in the folder that FIRN_FIGURES names, nothing where it is not set. `./dev figures` sets it and runs
+// the tests tagged [figure].
 #pragma once
 #include <cstdlib>
 #include <fstream>
