@@ -16,8 +16,8 @@
 #include "bench/trace_scene.h"
 #include "src/core/isa.h"
 #include "src/core/rng.h"
-#include "src/render/ray_stream.h"
-#include "src/render/snow_field.h"
+#include "src/render/columns/ray_stream.h"
+#include "src/render/snow/snow_field.h"
 
 namespace firn::bench {
 

@@ -14,7 +14,7 @@
 #include "bench/stopwatch.h"
 #include "src/core/isa.h"
 #include "src/core/rng.h"
-#include "src/render/triangles.h"
+#include "src/render/solids/triangles.h"
 
 namespace firn::bench {
 

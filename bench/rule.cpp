@@ -20,8 +20,8 @@
 #include "bench/tracer.h"
 #include "src/core/isa.h"
 #include "src/core/rng.h"
-#include "src/render/ray_stream.h"
-#include "src/render/snow_field.h"
+#include "src/render/columns/ray_stream.h"
+#include "src/render/snow/snow_field.h"
 
 namespace firn::bench {
 

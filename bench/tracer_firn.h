@@ -4,7 +4,7 @@
 
 #include "bench/tracer.h"
 #include "kernels/table.h"
-#include "src/render/render_grid.h"
+#include "src/render/snow/render_grid.h"
 
 namespace firn::bench {
 

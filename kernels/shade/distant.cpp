@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Directions to what lies at infinity: LightSet::distant_direction (src/render/lights.cpp) in lanes.
+// Directions to what lies at infinity: LightSet::distant_direction (src/render/lights/lights.cpp) in lanes.
 #include "kernels/shade/table.h"
 #include "kernels/simd/math.h"
 

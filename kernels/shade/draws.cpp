@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Random numbers of many paths: the same bits as Sampler and PathRandom (src/render/sampler.h) draw one by
-// one.
+// Random numbers of many paths: the same bits as Sampler and PathRandom (src/render/sampling/sampler.h) draw
+// one by one.
 #include "kernels/shade/sobol.h"
 #include "kernels/shade/table.h"
 #include "kernels/simd/hash.h"

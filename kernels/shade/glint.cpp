@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Which points of the snow may glint: one in some hundred does, so what is asked of all is only whether a
-// facet lies there that is turned about right; src/render/sparkle.h has the light. Points are turned into
-// their particles' frames, a register at a time, and told which cells of place and direction to ask. Those of
-// one particle ask for much the same cells, so they ask together: hashes, whose lanes are cells, say which
-// hold facets and where, and each facet is broadcast against the points. Bounds are a little wider than the
-// facets' own, for rounding.
+// facet lies there that is turned about right; src/render/snow/sparkle.h has the light. Points are turned
+// into their particles' frames, a register at a time, and told which cells of place and direction to ask.
+// Those of one particle ask for much the same cells, so they ask together: hashes, whose lanes are cells, say
+// which hold facets and where, and each facet is broadcast against the points. Bounds are a little wider than
+// the facets' own, for rounding.
 #include "kernels/shade/table.h"
 #include "kernels/simd/hash.h"
 

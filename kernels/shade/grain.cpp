@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The grain of the snow (src/render/grain.h) at points: value noise of two octaves, whose lattice values are
-// hashes of 64 bits, half a register of floats at a time.
+// The grain of the snow (src/render/snow/grain.h) at points: value noise of two octaves, whose lattice values
+// are hashes of 64 bits, half a register of floats at a time.
 #include "kernels/shade/table.h"
 #include "kernels/simd/hash.h"
 

@@ -22,7 +22,7 @@ struct GradientField {
   const float* value = nullptr;          // 1/m; per crossed brick kBrickCorners x 3
 };
 
-// The grain of a point: src/render/grain.h.
+// The grain of a point: src/render/snow/grain.h.
 struct GrainView {
   Columns3 smooth;          // unit normal
   Columns3 local;           // from the particle's centre, in particle spacings
@@ -30,7 +30,7 @@ struct GrainView {
   const std::uint32_t* id;  // of the particle
 };
 
-// The facets of one kind of snow (src/render/facets.h); lengths in m.
+// The facets of one kind of snow (src/render/snow/facets.h); lengths in m.
 struct FacetCells {
   float radius, cell, inv_cell;
   float chord;        // of the cone of a facet's normals
@@ -57,7 +57,7 @@ struct Pinhole {
   double pixel;                          // side of a pixel at distance 1
 };
 
-// Which random numbers of which paths: src/render/sampler.h.
+// Which random numbers of which paths: src/render/sampling/sampler.h.
 struct DrawView {
   const std::uint64_t* key;       // of the path's Sampler
   const std::uint32_t* sample;    // of its pixel
@@ -71,8 +71,8 @@ struct DistantSun {
   float spread;                        // 1 - cos(angular radius)
   float strength;
 };
-// A sky's directions as rows and columns of equal solid angle: src/render/sky.h. The chances of the rows and
-// of the cells of each row, summed up to and with each.
+// A sky's directions as rows and columns of equal solid angle: src/render/lights/sky.h. The chances of the
+// rows and of the cells of each row, summed up to and with each.
 struct SkyTable {
   const float *until_row = nullptr, *until_cell = nullptr;
   int rows = 0, columns = 1;  // rows: 0 if it is black

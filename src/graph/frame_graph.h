@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "src/particles/snapshot.h"
-#include "src/render/picture.h"
+#include "src/render/film/picture.h"
 
 namespace firn {
 

@@ -4,7 +4,7 @@
 #pragma once
 #include <string>
 
-#include "src/render/picture.h"
+#include "src/render/film/picture.h"
 
 namespace firn {
 

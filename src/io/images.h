@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "src/io/tone.h"
-#include "src/render/picture.h"
+#include "src/render/film/picture.h"
 
 namespace firn {
 

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "src/render/picture.h"
+#include "src/render/film/picture.h"
 
 namespace firn {
 

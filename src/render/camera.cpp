@@ -7,7 +7,7 @@
 
 #include "src/core/error.h"
 #include "src/core/portable_math.h"
-#include "src/render/directions.h"
+#include "src/render/sampling/directions.h"
 
 namespace firn {
 namespace {

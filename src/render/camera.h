@@ -5,8 +5,8 @@
 #pragma once
 #include "kernels/shade/table.h"
 #include "src/geometry/keyframes.h"
-#include "src/render/filter.h"
-#include "src/render/sampler.h"
+#include "src/render/film/filter.h"
+#include "src/render/sampling/sampler.h"
 #include "src/render/setup.h"
 
 namespace firn {

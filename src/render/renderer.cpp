@@ -10,13 +10,13 @@
 #include "kernels/table.h"
 #include "src/core/error.h"
 #include "src/core/parallel.h"
-#include "src/render/adaptive.h"
-#include "src/render/denoise.h"
-#include "src/render/ice.h"
-#include "src/render/path.h"
+#include "src/render/film/adaptive.h"
+#include "src/render/film/denoise.h"
+#include "src/render/paths/path.h"
 #include "src/render/pilot.h"
-#include "src/render/preview.h"
-#include "src/render/relief.h"
+#include "src/render/preview/preview.h"
+#include "src/render/snow/ice.h"
+#include "src/render/snow/relief.h"
 
 namespace firn {
 namespace {

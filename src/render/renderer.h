@@ -7,9 +7,9 @@
 #include <memory>
 
 #include "src/particles/snapshot.h"
-#include "src/render/picture.h"
+#include "src/render/film/picture.h"
 #include "src/render/pilot.h"
-#include "src/render/preview_times.h"
+#include "src/render/preview/preview_times.h"
 #include "src/render/setup.h"
 
 namespace firn::kernels {

@@ -13,9 +13,9 @@
 #include "src/core/vector.h"
 #include "src/geometry/keyframes.h"
 #include "src/geometry/shape.h"
-#include "src/render/ice.h"
-#include "src/render/image_texture.h"
-#include "src/render/picture.h"
+#include "src/render/film/picture.h"
+#include "src/render/snow/ice.h"
+#include "src/render/solids/image_texture.h"
 
 namespace firn {
 
@@ -70,7 +70,7 @@ struct ImageSettings {
   std::optional<double> filter_width = {};  // pixels from end to end; absent: as filter.h has it
   double noise = 0;                   // relative error at which a pixel is done; 0: it takes all samples
   int motion_slices = 4;              // moments that a frame with an open shutter is put together from
-  int detail = 1;                     // particles are drawn as detail^3 each: src/render/relief.h
+  int detail = 1;                     // particles are drawn as detail^3 each: src/render/snow/relief.h
   IceSource ice = IceSource::picard;  // of all snow: a path sums up its ice and asks once for the tint
 };
 
@@ -138,7 +138,7 @@ struct Medium {  // homogeneous, within a convex shape: ball, box, cylinder, cap
   float g = 0;                    // mean cosine of a scattering (Henyey-Greenstein)
 };
 
-// The facets of ice that glint in the light of a snow object: src/render/sparkle.h.
+// The facets of ice that glint in the light of a snow object: src/render/snow/sparkle.h.
 struct SparkleSettings {
   double density = 0;     // facets per m^2 of surface; 0: none
   double size = 0.25e-3;  // m, radius of a facet

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "src/render/image_texture.h"
+#include "src/render/solids/image_texture.h"
 #include "src/scene/config.h"
 
 namespace firn {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "src/core/rng.h"
-#include "src/render/directions.h"
+#include "src/render/sampling/directions.h"
 
 namespace firn::test {
 namespace {

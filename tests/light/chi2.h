@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "src/core/vector.h"
-#include "src/render/sampler.h"
+#include "src/render/sampling/sampler.h"
 
 namespace firn::test {
 

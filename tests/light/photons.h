@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "src/core/rng.h"
-#include "src/render/media.h"
-#include "src/render/sampler.h"
+#include "src/render/sampling/sampler.h"
+#include "src/render/solids/media.h"
 #include "tests/light/estimate.h"
 
 namespace firn::test {

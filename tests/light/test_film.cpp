@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "src/core/rng.h"
-#include "src/render/film.h"
+#include "src/render/film/film.h"
 #include "tests/catch.h"
 
 using namespace firn;

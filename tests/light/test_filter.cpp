@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "src/render/filter.h"
+#include "src/render/film/filter.h"
 #include "tests/catch.h"
 
 using namespace firn;

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "src/core/rng.h"
-#include "src/render/ice.h"
+#include "src/render/snow/ice.h"
 #include "tests/catch.h"
 #include "tests/light/reference_table.h"
 

@@ -11,8 +11,8 @@
 #include "kernels/table.h"
 #include "src/core/isa.h"
 #include "src/geometry/mesh.h"
-#include "src/render/directions.h"
-#include "src/render/lights.h"
+#include "src/render/lights/lights.h"
+#include "src/render/sampling/directions.h"
 #include "tests/catch.h"
 #include "tests/light/chi2.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "src/render/directions.h"
+#include "src/render/sampling/directions.h"
 #include "tests/catch.h"
 #include "tests/curve.h"
 #include "tests/light/estimate.h"

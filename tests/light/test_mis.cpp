@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "src/core/rng.h"
-#include "src/render/mis.h"
+#include "src/render/paths/mis.h"
 #include "tests/catch.h"
 
 using namespace firn;

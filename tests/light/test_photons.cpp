@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "src/core/rng.h"
-#include "src/render/directions.h"
-#include "src/render/ice.h"
-#include "src/render/media.h"
-#include "src/render/phase.h"
+#include "src/render/sampling/directions.h"
+#include "src/render/sampling/phase.h"
+#include "src/render/snow/ice.h"
+#include "src/render/solids/media.h"
 #include "tests/catch.h"
 #include "tests/curve.h"
 #include "tests/light/estimate.h"

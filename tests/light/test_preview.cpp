@@ -5,9 +5,9 @@
 
 #include "src/core/error.h"
 #include "src/core/rng.h"
-#include "src/render/ambient.h"
-#include "src/render/directions.h"
-#include "src/render/snow_grain.h"
+#include "src/render/preview/ambient.h"
+#include "src/render/sampling/directions.h"
+#include "src/render/snow/snow_grain.h"
 #include "tests/catch.h"
 #include "tests/light/pictures.h"
 

@@ -6,9 +6,9 @@
 #include "src/core/isa.h"
 #include "src/core/rng.h"
 #include "src/core/rotation.h"
-#include "src/render/directions.h"
-#include "src/render/relief.h"
-#include "src/render/snow_field.h"
+#include "src/render/sampling/directions.h"
+#include "src/render/snow/relief.h"
+#include "src/render/snow/snow_field.h"
 #include "tests/catch.h"
 #include "tests/light/pictures.h"
 

@@ -6,8 +6,8 @@
 #include "src/core/isa.h"
 #include "src/core/portable_math.h"
 #include "src/core/rng.h"
-#include "src/render/directions.h"
-#include "src/render/sampler.h"
+#include "src/render/sampling/directions.h"
+#include "src/render/sampling/sampler.h"
 #include "tests/catch.h"
 
 using namespace firn;

@@ -4,9 +4,9 @@
 #include <utility>
 #include <vector>
 
-#include "src/render/directions.h"
-#include "src/render/facet_energy.h"
-#include "src/render/scattering.h"
+#include "src/render/sampling/directions.h"
+#include "src/render/solids/facet_energy.h"
+#include "src/render/solids/scattering.h"
 #include "tests/catch.h"
 #include "tests/light/chi2.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "src/render/ice.h"
+#include "src/render/snow/ice.h"
 #include "tests/catch.h"
 #include "tests/curve.h"
 #include "tests/light/estimate.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Glints: how many there are, how they come and go, what they send back in the mean, and that they belong to
 // the snow.
-#include "src/render/sparkle.h"
+#include "src/render/snow/sparkle.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 #include "src/core/isa.h"
 #include "src/core/rotation.h"
-#include "src/render/directions.h"
+#include "src/render/sampling/directions.h"
 #include "tests/catch.h"
 #include "tests/curve.h"
 #include "tests/light/pictures.h"

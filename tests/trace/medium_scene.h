@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "src/core/rng.h"
-#include "src/render/snow_field.h"
+#include "src/render/snow/snow_field.h"
 #include "tests/trace/ray_cases.h"
 
 namespace firn::test {

@@ -8,8 +8,8 @@
 #include "kernels/table.h"
 #include "src/core/isa.h"
 #include "src/particles/snapshot.h"
-#include "src/render/ray_stream.h"
-#include "src/render/render_grid.h"
+#include "src/render/columns/ray_stream.h"
+#include "src/render/snow/render_grid.h"
 
 namespace firn::test {
 

@@ -7,7 +7,7 @@
 
 #include "kernels/reference/mesh.h"
 #include "src/core/rng.h"
-#include "src/render/triangles.h"
+#include "src/render/solids/triangles.h"
 #include "tests/catch.h"
 #include "tests/trace/ray_cases.h"
 

@@ -9,7 +9,7 @@
 #include "src/geometry/height_field.h"
 #include "src/geometry/mesh.h"
 #include "src/geometry/shape.h"
-#include "src/render/objects.h"
+#include "src/render/solids/objects.h"
 #include "tests/catch.h"
 #include "tests/trace/ray_cases.h"
 

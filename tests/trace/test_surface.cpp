@@ -9,7 +9,7 @@
 
 #include "src/core/parallel.h"
 #include "src/core/rng.h"
-#include "src/render/snow_field.h"
+#include "src/render/snow/snow_field.h"
 #include "tests/catch.h"
 #include "tests/trace/ray_cases.h"
 
