@@ -164,7 +164,8 @@ Manifest read_manifest(const std::filesystem::path& path) {
     const Json json = Json::parse(read_file(path));
     manifest_fields(manifest, Load{json});
   } catch (const nlohmann::json::exception& error) {
-    throw Error(ExitCode::io, path.string(), std::string("not a manifest that this version of firn reads: ") + error.what());
+    throw Error(ExitCode::io, path.string(),
+                std::string("not a manifest that this version of firn reads: ") + error.what());
   }
   return manifest;
 }
