@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// Pixels that stop when they look good enough stop by what they have seen: those that missed bright paths
+// look good. How much darker that makes a picture.
+#include <cmath>
+
+#include "tests/catch.h"
+#include "tests/light/estimate.h"
+#include "tests/light/scenes.h"
+
+using namespace firn;
+using namespace firn::test;
+
+TEST_CASE("pictures that stop at a noise are as bright as those that take all samples", "[light]") {
+  constexpr int kSeeds = 8;
+  for (auto& [name, setup, snapshot] : small_scenes(32)) {
+    setup.image.samples = 256;
+    double sum = 0, squares = 0, samples = 0;
+    for (int seed = 0; seed < kSeeds; ++seed) {
+      setup.seed = 500 + static_cast<std::uint64_t>(seed);
+      setup.image.noise = 0;
+      setup.layers = {};
+      const double full = luminance_of(mean(render(snapshot, setup)));
+      setup.image.noise = 0.05;
+      setup.layers = {Layer::samples};
+      const Picture adaptive = render(snapshot, setup);
+      const double apart = luminance_of(mean(adaptive)) / full - 1;
+      sum += apart;
+      squares += apart * apart;
+      for (const float count : adaptive.layers[0].values) samples += count / (32. * 32 * kSeeds);
+    }
+    const double bias = sum / kSeeds, error = std::sqrt((squares / kSeeds - bias * bias) / (kSeeds - 1));
+    INFO(name << ": " << bias << " +- " << error << " with " << samples << " samples a pixel");
+    CHECK(samples < 200);
+    CHECK(std::fabs(bias) + 2 * error < 0.01);
+  }
+}
