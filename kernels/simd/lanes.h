@@ -198,6 +198,11 @@ FIRN_INLINE void store(std::int32_t* p, Ints a) {
   _mm_storeu_si128(reinterpret_cast<__m128i*>(p), (__m128i)a);
 }
 FIRN_INLINE Floats fma(Floats a, Floats b, Floats c) { return a * b + c; }
+typedef double Doubles __attribute__((vector_size(8 * kLanes)));
+FIRN_INLINE Doubles widen(Floats a) { return __builtin_convertvector(a, Doubles); }
+FIRN_INLINE Floats fma_in_full(Floats a, Floats b, Floats c) {
+  return __builtin_convertvector(widen(a) * widen(b) + widen(c), Floats);
+}
 FIRN_INLINE Floats sqrt(Floats a) { return _mm_sqrt_ps(a); }
 FIRN_INLINE Floats min(Floats a, Floats b) { return _mm_min_ps(a, b); }
 FIRN_INLINE Floats max(Floats a, Floats b) { return _mm_max_ps(a, b); }
@@ -239,6 +244,11 @@ FIRN_INLINE Mask mask_of_first(int count) { return {splat_int(count) > Ints{0, 1
 #endif
 
 inline constexpr int kAllLanes = (1 << kLanes) - 1;
+
+#if defined(__AVX2__)
+// a * b + c without rounding a * b first, on every instruction set.
+FIRN_INLINE Floats fma_in_full(Floats a, Floats b, Floats c) { return fma(a, b, c); }
+#endif
 
 FIRN_INLINE Ints lane_numbers() {
   Ints lanes;

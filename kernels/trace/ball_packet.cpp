@@ -27,11 +27,11 @@ class BallPacket : public Packet<BallPacket<kAny>, kAny> {
       Base::slope_;
 
   Slab meet(int slab, const CellRange& cells);
-  void widen();
-  void collect(const CellRange& cells, float plane);
-  FIRN_INLINE void collect_run(std::uint32_t begin, std::uint32_t end, float plane);
+  void bounds_drawn();
+  void collect(const CellRange& cells);
+  FIRN_INLINE void collect_run(std::uint32_t begin, std::uint32_t end);
   FIRN_INLINE Mask in_bounds(std::uint32_t begin, int some, Floats along) const;
-  void sort_by_slice(std::int32_t sorted[], int end[]);
+  void sort_by_slice(float plane);
   FIRN_INLINE void test_ball(std::uint32_t ball);
   FIRN_INLINE Floats seen(int part, Floats x, Floats y, Floats z, Floats r2, Floats& along) const;
   void settle();
@@ -43,13 +43,16 @@ class BallPacket : public Packet<BallPacket<kAny>, kAny> {
     int part;
   };
   static constexpr int kMostMeetings = 64;
-  static constexpr int kMostCollected = 1024;
+  static constexpr int kMostCollected = 512;
 
   Meeting meeting_[kAny ? 1 : kMostMeetings];
   int meetings_ = 0;
-  // Balls of a slab within the bounds, and their slices, from 0 on.
-  std::int32_t ball_[kMostCollected + kLanes], slice_[kMostCollected + kLanes];
+  // Balls of a slab within the bounds, and how far along from from_ they are (m); then sorted by slice.
+  std::int32_t ball_[kMostCollected + kLanes];
+  float along_[kMostCollected + kLanes];
   int collected_ = 0;
+  std::int32_t sorted_[kBrickCells][kMostCollected + kLanes];
+  int in_slice_[kBrickCells];
   Window near_;  // at_, widened by what a ball reaches across the bound
 };
 
@@ -110,7 +113,7 @@ void BallPacket<kAny>::settle() {
 }
 
 template <bool kAny>
-void BallPacket<kAny>::widen() {
+void BallPacket<kAny>::bounds_drawn() {
   for (int side = 0; side < 2; ++side) {
     const auto across = [&](float slope) { return reach_ * __builtin_sqrtf(1 + slope * slope); };
     near_.low[side] = at_.low[side] - across(slope_.low[side]);
@@ -133,18 +136,17 @@ FIRN_INLINE Mask BallPacket<kAny>::in_bounds(std::uint32_t begin, int some, Floa
 }
 
 template <bool kAny>
-FIRN_INLINE void BallPacket<kAny>::collect_run(std::uint32_t begin, std::uint32_t end, float plane) {
+FIRN_INLINE void BallPacket<kAny>::collect_run(std::uint32_t begin, std::uint32_t end) {
   const float* const column[3] = {grid_.x, grid_.y, grid_.z};
   for (; begin < end; begin += kLanes) {
     const int some = end - begin < kLanes ? static_cast<int>(end - begin) : kLanes;
     const Floats at = load_first(column[main_] + begin, some, 0.f);
     const Floats along = (forward_ ? at : -at) - from_;
     const Mask in = in_bounds(begin, some, along);
-    const Floats slices = min(max((along + (from_ - plane)) * grid_.inv_cell, splat(0)), splat(3));
     store_packed(ball_ + collected_, in, lane_numbers() + static_cast<std::int32_t>(begin));
-    store_packed(slice_ + collected_, in, __builtin_convertvector(slices, Ints));
+    store_packed(along_ + collected_, in, along);
     collected_ += __builtin_popcount(static_cast<unsigned>(lane_bits(in)));
-    if (collected_ > kMostCollected - kLanes) {
+    if (collected_ >= kMostCollected) {
       for (int k = 0; k < collected_; ++k) test_ball(static_cast<std::uint32_t>(ball_[k]));
       collected_ = 0;
     }
@@ -152,24 +154,28 @@ FIRN_INLINE void BallPacket<kAny>::collect_run(std::uint32_t begin, std::uint32_
 }
 
 // The balls of these cells, which lie in one slab, that are within the bounds. Cells of a brick that follow
-// one another along y and z are one run, so that registers are full; it is cheaper to tell balls than cells.
+// one another are one run, so that registers are full; it is cheaper to tell balls than cells.
 template <bool kAny>
-void BallPacket<kAny>::collect(const CellRange& cells, float plane) {
+void BallPacket<kAny>::collect(const CellRange& cells) {
   for_each_long_run(grid_, cells.low, cells.high,
-                    [&](std::uint32_t begin, std::uint32_t end) { collect_run(begin, end, plane); });
+                    [&](std::uint32_t begin, std::uint32_t end) { collect_run(begin, end); });
 }
 
-// Balls that were collected; end: behind the last of each slice.
+// Balls that were collected, by slice of the slab that begins at `plane`.
 template <bool kAny>
-void BallPacket<kAny>::sort_by_slice(std::int32_t sorted[], int end[]) {
-  int next[kBrickCells] = {};
-  for (int k = 0; k < collected_; ++k) ++next[slice_[k]];
-  for (int k = 0, sum = 0; k < kBrickCells; ++k) {
-    end[k] = sum + next[k];
-    next[k] = sum;
-    sum = end[k];
+void BallPacket<kAny>::sort_by_slice(float plane) {
+  for (int& in_slice : in_slice_) in_slice = 0;
+  for (int from = 0; from < collected_; from += kLanes) {
+    const Mask here = mask_of_first(collected_ - from < kLanes ? collected_ - from : kLanes);
+    const Floats slice = (load(along_ + from) + (from_ - plane)) * grid_.inv_cell;
+    const Mask before[kBrickCells] = {less(slice, splat(1)), less(slice, splat(2)), less(slice, splat(3)),
+                                      all_lanes()};
+    for (int k = 0; k < kBrickCells; ++k) {
+      const Mask its = here & (k > 0 ? before[k] & !before[k - 1] : before[k]);
+      store_packed(sorted_[k] + in_slice_[k], its, load(ball_ + from));
+      in_slice_[k] += __builtin_popcount(static_cast<unsigned>(lane_bits(its)));
+    }
   }
-  for (int k = 0; k < collected_; ++k) sorted[next[slice_[k]]++] = ball_[k];
   collected_ = 0;
 }
 
@@ -178,13 +184,10 @@ Slab BallPacket<kAny>::meet(int slab, const CellRange& cells) {
   for (int k = slab; k < slab + kBrickCells; k += kBrickCells - 1) {
     if (this->wide(this->window(k, 1))) return Slab::declined;
   }
-  widen();
-  collect(cells, this->plane(slab));
-  std::int32_t sorted[kMostCollected];
-  int end[kBrickCells];
-  sort_by_slice(sorted, end);
-  for (int k = 0, ball = 0; k < kBrickCells; ++k) {
-    for (; ball < end[k]; ++ball) test_ball(static_cast<std::uint32_t>(sorted[ball]));
+  collect(cells);
+  sort_by_slice(this->plane(slab));
+  for (int k = 0; k < kBrickCells; ++k) {
+    for (int i = 0; i < in_slice_[k]; ++i) test_ball(static_cast<std::uint32_t>(sorted_[k][i]));
     settle();
     this->shorten();
     if (this->plane(slab + k + 1) - reach_ > furthest_) return Slab::ended;

@@ -48,8 +48,8 @@ FIRN_INLINE void for_each_run_around(const TraceGrid& grid, const int cell[3], i
   for_each_run(grid, low, high, run);
 }
 
-// Calls run(begin, end) for the sorted balls of cells low to high, and of those beside them along z in the
-// same bricks: so the cells of several rows are one run, and registers are full.
+// Calls run(begin, end) for the sorted balls of cells low to high, and of cells beside them in the same
+// bricks: so the cells of several rows are one run, and registers are full.
 template <class Run>
 FIRN_INLINE void for_each_long_run(const TraceGrid& grid, const int low[3], const int high[3], Run&& run) {
   for (int bx = low[0] >> 2; bx <= high[0] >> 2; ++bx) {
@@ -61,7 +61,11 @@ FIRN_INLINE void for_each_long_run(const TraceGrid& grid, const int low[3], cons
         if (start[0] == start[kCellsPerBrick]) continue;
         const int x0 = low[0] > 4 * bx ? low[0] & 3 : 0, x1 = high[0] < 4 * bx + 3 ? high[0] & 3 : 3;
         const int y0 = low[1] > 4 * by ? low[1] & 3 : 0, y1 = high[1] < 4 * by + 3 ? high[1] & 3 : 3;
-        for (int x = x0; x <= x1; ++x) run(start[16 * x + 4 * y0], start[16 * x + 4 * y1 + 4]);
+        if (y1 - y0 >= 2) {
+          run(start[16 * x0], start[16 * x1 + 16]);
+        } else {
+          for (int x = x0; x <= x1; ++x) run(start[16 * x + 4 * y0], start[16 * x + 4 * y1 + 4]);
+        }
       }
     }
   }

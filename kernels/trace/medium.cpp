@@ -59,19 +59,17 @@ struct MediumCells {
   FIRN_INLINE void start(Mask lanes, const LaneRays& rays) {
     alignas(64) float its_share[kLanes];
     store(its_share, splat(1));
-    int outside = 0;
     for (int left = lane_bits(lanes); left != 0; left &= left - 1) {
       const int lane = __builtin_ctz(static_cast<unsigned>(left));
       const std::uint64_t its = key[rays.ray[lane]];
       low[lane] = static_cast<std::int32_t>(its);
       high[lane] = static_cast<std::int32_t>(its >> 32);
       if (share != nullptr) its_share[lane] = share[rays.ray[lane]];
-      if (rays.entry[lane] > 0) outside |= 1 << lane;
     }
     drawn = (Bits)select(lanes, splat_int(0), (Ints)drawn);
     from = select(lanes, splat(0), from);
     if (kWanders) {
-      watched = (watched & !lanes) | mask_of_bits(outside);
+      watched = (watched & !lanes) | (lanes & less(splat(0), load(rays.entry)));  // those from outside
       store(scattered, select(lanes, splat_int(0), load(scattered)));
       store(listed, select(lanes, splat_int(0), load(listed)));
     }
@@ -224,8 +222,7 @@ struct MediumCells {
     const Floats direction[3] = {r * cosine, r * sine, z};
     for (int a = 0; a < 3; ++a) store(rays.d[a], select(turned_, direction[a], load(rays.d[a])));
     store(rays.reach, select(turned_, splat(__builtin_huge_valf()), load(rays.reach)));
-    for (int left = lane_bits(turned_); left != 0; left &= left - 1)
-      rays.entry[__builtin_ctz(static_cast<unsigned>(left))] = 0;
+    store(rays.entry, select(turned_, splat(0), load(rays.entry)));
     watched = watched & !turned_;
     from = select(turned_, splat(0), from);
     return stop;

@@ -36,7 +36,9 @@ enum class Slab { passed, ended, declined };
 
 // kAny: whether any hit will do. Packets of a kind derive from it and have
 //   Slab meet(int slab, const CellRange&)   tests these cells, which are those of four slices from `slab` on
-// and call shorten() when they are done with what found_ tells of.
+// and call shorten() when they are done with what found_ tells of. They may have
+//   void set_aside()      takes rays out that begin where this packet cannot follow them
+//   void bounds_drawn()   hears of it
 template <class Kind, bool kAny>
 class Packet {
  public:
@@ -52,8 +54,8 @@ class Packet {
       : grid_(grid), rays_(rays), begin_(begin), reach_(reach) {}
 
   FIRN_INLINE Mask live(int part) const { return less_equal(splat(0), best_[part]); }
-  // Takes rays out that begin where this packet cannot follow them.
   void set_aside() {}
+  void bounds_drawn() {}
   // How far the rays reach, once some have found something.
   FIRN_INLINE void shorten();
   // The coordinate along the main axis at the k-th cell that the rays come to.
@@ -75,19 +77,22 @@ class Packet {
   float reach_;                         // m
   int first_ = 0;                       // slice that the rays come to
   Floats o_[3][kParts], d_[3][kParts];  // m; origins moved to the grid's edge
+  Floats entry_[kParts];                // m, from the ray's origin to the moved one
   Floats best_[kParts];                 // m from the moved origin; negative: not in the grid
-  Ints particle_[kParts];               // the bits of a sorted index, or kSurfaceHit; not of any hits
-  double entry_[kRays];                 // m, from the ray's origin to the moved one
+  Ints particle_[kParts];               // the bits of a sorted index, kSurfaceHit or kNoHit; not of any hits
   int main_, side_[2];                  // axes
   bool forward_;
+  // The coordinate along the main axis, which counts up in the rays' direction: where rays begin, its growth
+  // a metre of the ray, and how far they go aside a metre of it.
+  Floats start_[kParts], speed_[kParts], tilt_[2][kParts];
   bool found_ = false;  // something since the reach was last shortened
   // Bounds of the rays that may still meet something: at the plane from_ and per metre along the main axis
-  // up to the plane to_; furthest_ is how far along it they reach. The coordinate along the main axis counts
-  // up in the rays' direction.
+  // up to the plane to_; furthest_ is how far along it they reach.
   float from_, to_, furthest_;
   Window at_, slope_;
 
  private:
+  std::int32_t* hits() const { return reinterpret_cast<std::int32_t*>(rays_.hit + begin_); }
   // Strays first, then each ray moved to the grid.
   void load_rays();
   bool any_live() const;
@@ -108,16 +113,18 @@ bool Packet<Kind, kAny>::trace(float widest) {
   widest_ = widest;
   load_rays();
   static_cast<Kind*>(this)->set_aside();
-  if (!any_live()) return true;
-  if (!choose_main() || !walk()) return false;
+  if (any_live() && !(choose_main() && walk())) return false;
   store_hits();
   return true;
 }
 
+// Asks for what the next packet will read there.
+FIRN_INLINE void fetch_next(const float* column) { __builtin_prefetch(column + kRays); }
+
 template <class Kind, bool kAny>
 void Packet<Kind, kAny>::load_rays() {
-  float o[3][kRays], d[3][kRays], best[kRays];
-  for (int lane = 0; lane < kRays; ++lane) rays_.hit[begin_ + lane] = kNoHit;
+  const Ints none = splat_int(static_cast<std::int32_t>(kNoHit));
+  for (int part = 0; part < kParts; ++part) store(hits() + part * kLanes, none);
   for (int lane = 0; lane < kRays && grid_.stray_bundles > 0; ++lane) {
     Nearest stray{rays_.t[begin_ + lane], kNoHit};
     test_bundles<kAny>(grid_.strays, 0, grid_.stray_bundles, load_ray(rays_, begin_ + lane), stray);
@@ -125,17 +132,20 @@ void Packet<Kind, kAny>::load_rays() {
     rays_.hit[begin_ + lane] = kAny ? 0 : stray.particle;
     if (!kAny) rays_.t[begin_ + lane] = stray.t;
   }
-  move_to_grid(grid_, rays_, begin_, kRays, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, entry_, best);
-  for (int lane = 0; kAny && lane < kRays; ++lane) {
-    if (rays_.hit[begin_ + lane] != kNoHit) best[lane] = -1;
-  }
   for (int part = 0; part < kParts; ++part) {
+    const std::size_t from = begin_ + static_cast<std::size_t>(part * kLanes);
+    Floats o[3], d[3], moved[3];
     for (int a = 0; a < 3; ++a) {
-      o_[a][part] = load(o[a] + part * kLanes);
-      d_[a][part] = load(d[a] + part * kLanes);
+      o[a] = load(rays_.origin[a] + from);
+      d_[a][part] = d[a] = load(rays_.direction[a] + from);
+      fetch_next(rays_.origin[a] + from);
+      fetch_next(rays_.direction[a] + from);
     }
-    best_[part] = load(best + part * kLanes);
-    particle_[part] = splat_int(-1);
+    fetch_next(rays_.t + from);
+    entry_[part] = enter_grid(grid_, o, d, load(rays_.t + from), moved, best_[part]);
+    for (int a = 0; a < 3; ++a) o_[a][part] = moved[a];
+    particle_[part] = none;
+    if (kAny) best_[part] = select(equal(load(hits() + part * kLanes), none), best_[part], splat(kBlocked));
   }
 }
 
@@ -157,8 +167,11 @@ bool Packet<Kind, kAny>::choose_main() {
   side_[1] = main_ == 2 ? 1 : 2;
   forward_ = d_[main_][part][first] > 0;
   for (part = 0; part < kParts; ++part) {
-    const Floats along = forward_ ? d_[main_][part] : -d_[main_][part];
-    if (any(live(part) & !less(splat(kMinMainShare), along))) return false;
+    start_[part] = forward_ ? o_[main_][part] : -o_[main_][part];
+    speed_[part] = forward_ ? d_[main_][part] : -d_[main_][part];
+    if (any(live(part) & !less(splat(kMinMainShare), speed_[part]))) return false;
+    const Floats per_metre = splat(1) / speed_[part];
+    for (int side = 0; side < 2; ++side) tilt_[side][part] = d_[side_[side]][part] * per_metre;
   }
   look_ahead(-kFar);
   return true;
@@ -170,11 +183,9 @@ void Packet<Kind, kAny>::look_ahead(float from) {
   Floats nearest = splat(kFar), furthest = splat(-kFar);
   Mask ahead[kParts];
   for (int part = 0; part < kParts; ++part) {
-    const Floats along = forward_ ? o_[main_][part] : -o_[main_][part];
-    const Floats speed = forward_ ? d_[main_][part] : -d_[main_][part];
-    const Floats end = fma(best_[part], speed, along);
+    const Floats end = fma(best_[part], speed_[part], start_[part]);
     ahead[part] = live(part) & less_equal(splat(from), end);
-    nearest = min(nearest, select(ahead[part], along, splat(kFar)));
+    nearest = min(nearest, select(ahead[part], start_[part], splat(kFar)));
     furthest = max(furthest, select(ahead[part], end, splat(-kFar)));
   }
   furthest_ = greatest_lane(furthest);
@@ -186,11 +197,9 @@ void Packet<Kind, kAny>::look_ahead(float from) {
   for (int side = 0; side < 2; ++side) {
     Floats low[2] = {splat(kFar), splat(kFar)}, high[2] = {splat(-kFar), splat(-kFar)};
     for (int part = 0; part < kParts; ++part) {
-      const Floats along = forward_ ? o_[main_][part] : -o_[main_][part];
-      const Floats speed = forward_ ? d_[main_][part] : -d_[main_][part];
-      const Floats slope = d_[side_[side]][part] / speed;
       for (int plane = 0; plane < 2; ++plane) {
-        const Floats at = fma(splat(plane == 0 ? from_ : to_) - along, slope, o_[side_[side]][part]);
+        const Floats way = splat(plane == 0 ? from_ : to_) - start_[part];
+        const Floats at = fma(way, tilt_[side][part], o_[side_[side]][part]);
         low[plane] = min(low[plane], select(ahead[part], at, splat(kFar)));
         high[plane] = max(high[plane], select(ahead[part], at, splat(-kFar)));
       }
@@ -202,6 +211,7 @@ void Packet<Kind, kAny>::look_ahead(float from) {
     slope_.high[side] = (greatest_lane(high[1]) - at_.high[side]) / length;
   }
   shortened_ = false;
+  static_cast<Kind*>(this)->bounds_drawn();
 }
 
 template <class Kind, bool kAny>
@@ -209,9 +219,8 @@ FIRN_INLINE void Packet<Kind, kAny>::shorten() {
   if (!found_) return;
   Floats furthest = splat(-kFar);
   for (int part = 0; part < kParts; ++part) {
-    const Floats along = forward_ ? o_[main_][part] : -o_[main_][part];
-    const Floats speed = forward_ ? d_[main_][part] : -d_[main_][part];
-    furthest = max(furthest, select(live(part), fma(best_[part], speed, along), splat(-kFar)));
+    const Floats end = fma(best_[part], speed_[part], start_[part]);
+    furthest = max(furthest, select(live(part), end, splat(-kFar)));
   }
   furthest_ = greatest_lane(furthest);
   found_ = false;
@@ -300,19 +309,17 @@ bool Packet<Kind, kAny>::walk() {
 
 template <class Kind, bool kAny>
 void Packet<Kind, kAny>::store_hits() const {
-  float best[kRays];
-  std::int32_t particle[kRays];
+  const Ints none = splat_int(static_cast<std::int32_t>(kNoHit));
   for (int part = 0; part < kParts; ++part) {
-    store(best + part * kLanes, best_[part]);
-    store(particle + part * kLanes, particle_[part]);
-  }
-  for (int lane = 0; lane < kRays; ++lane) {
+    std::int32_t* const hit = hits() + part * kLanes;
     if (kAny) {
-      if (best[lane] == kBlocked) rays_.hit[begin_ + lane] = 0;
-    } else if (particle[lane] != -1) {
-      rays_.t[begin_ + lane] = static_cast<float>(entry_[lane] + best[lane]);
-      rays_.hit[begin_ + lane] = static_cast<std::uint32_t>(particle[lane]);
+      store(hit, select(less_equal(best_[part], splat(kBlocked)), splat_int(0), none));
+      continue;
     }
+    const Mask nothing = equal(particle_[part], none);  // but perhaps a stray
+    store(hit, select(nothing, load(hit), particle_[part]));
+    float* const t = rays_.t + begin_ + part * kLanes;
+    store(t, select(nothing, load(t), entry_[part] + best_[part]));
   }
 }
 

@@ -2,8 +2,7 @@
 // Incoherent rays: a register of them walks the grid in lock step, each lane in a cell of its own (leaping
 // through empty bricks by their clearance). What a cell holds for a ray is up to `Cells`: a surface
 // (surface.cpp) or a medium (medium.cpp); against balls alone rays go in waves (wave.cpp). Lanes whose rays
-// are done take the next rays of the stream. A ray from outside is first moved to the grid's edge in double,
-// so that a far camera costs no precision.
+// are done take the next rays of the stream. A ray from outside is first moved to the grid's edge.
 #pragma once
 #include "kernels/trace/ball_test.h"
 #include "kernels/trace/table.h"
@@ -16,7 +15,7 @@ struct LaneRays {
   alignas(64) float o[3][kLanes] = {}, d[3][kLanes] = {};  // m
   alignas(64) float reach[kLanes] = {};                    // m, or the distance of the hit
   std::uint32_t particle[kLanes];                          // kNoHit: none yet
-  double entry[kLanes];                                    // m, from the ray's origin to the edge
+  float entry[kLanes];                                     // m, from the ray's origin to the edge
   std::size_t ray[kLanes];
 };
 
@@ -109,15 +108,8 @@ class Stream {
       rays_.hit[i] = kAny ? 0 : stray.particle;
       if (!kAny) rays_.t[i] = stray.t;
     }
-    for (std::size_t k = 0; k < count; ++k) {
-      const Ray ray = load_ray(rays_, staged_ + k);
-      float moved[3];
-      enter_grid(grid_, ray.o, ray.d, rays_.t[staged_ + k], moved, stage_.entry[k], stage_.reach[k]);
-      for (int a = 0; a < 3; ++a) {
-        stage_.o[a][k] = moved[a];
-        stage_.d[a][k] = ray.d[a];
-      }
-    }
+    move_to_grid(grid_, rays_, staged_, count, {stage_.o[0], stage_.o[1], stage_.o[2]},
+                 {stage_.d[0], stage_.d[1], stage_.d[2]}, stage_.entry, stage_.reach);
     waiting_ = 0;
     for (std::size_t k = 0; k < count; ++k) {
       const bool walks = stage_.reach[k] >= 0 && !(kAny && rays_.hit[staged_ + k] != kNoHit);
@@ -143,7 +135,7 @@ class Stream {
       if (lane_.particle[lane] == kNoHit) continue;
       const std::size_t i = lane_.ray[lane];
       rays_.hit[i] = kAny ? 0 : lane_.particle[lane];
-      if (!kAny) rays_.t[i] = static_cast<float>(lane_.entry[lane] + lane_.reach[lane]);
+      if (!kAny) rays_.t[i] = lane_.entry[lane] + lane_.reach[lane];
     }
   }
 
@@ -153,8 +145,7 @@ class Stream {
   std::size_t next_, end_;
   // Rays that are at the grid's edge and wait for a lane.
   struct {
-    float o[3][kStage], d[3][kStage], reach[kStage];
-    double entry[kStage];
+    float o[3][kStage], d[3][kStage], reach[kStage], entry[kStage];
   } stage_;
   std::size_t staged_ = 0;  // the stream's place of the first
   unsigned waiting_ = 0;    // a bit each

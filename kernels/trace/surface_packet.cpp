@@ -75,14 +75,12 @@ class SurfacePacket : public Packet<SurfacePacket<kAny>, kAny> {
 
 template <bool kAny>
 void SurfacePacket<kAny>::set_aside() {
-  std::int32_t within[kRays];  // begins in the grid
-  for (int lane = 0; lane < kRays; ++lane) within[lane] = entry_[lane] <= 0 ? -1 : 0;
   for (int part = 0; part < kParts; ++part) {
     for (int a = 0; a < 3; ++a) {
       const Mask flat = less(abs(d_[a][part]), splat(kFlat));
       inv_[a][part] = select(flat, copy_sign(splat(1 / kFlat), d_[a][part]), 1 / d_[a][part]);
     }
-    const Mask here = live(part) & equal(load(within + part * kLanes), splat_int(-1));
+    const Mask here = live(part) & less_equal(entry_[part], splat(0));  // begins in the grid
     if (!any(here)) continue;
     const Mask inside = begins_inside(part, here);
     inside_ |= static_cast<std::uint64_t>(lane_bits(inside)) << (part * kLanes);

@@ -6,53 +6,55 @@
 
 namespace firn::kernels::FIRN_ISA {
 
-// Moves a ray's origin to where it enters the grid, `entry` metres on; `rest` is what is left of its reach
-// then, negative where it misses. In double and without branches: loops over rays become vectors.
-FIRN_INLINE void enter_grid(const TraceGrid& grid, const float o[3], const float d[3], float reach,
-                            float moved[3], double& entry, float& rest) {
-  constexpr double kInf = __builtin_huge_val();
-  double t_in = 0, t_out = reach;
+// Moves rays' origins to where they enter the grid: so far along them as is returned (m), hardly too early
+// and never too late. `rest` is what is left of their reach then, negative where they miss. The new origin is
+// rounded once, so a far camera costs no precision.
+FIRN_INLINE Floats enter_grid(const TraceGrid& grid, const Floats o[3], const Floats d[3], Floats reach,
+                              Floats moved[3], Floats& rest) {
+  constexpr float kSlack = 4e-7f;  // more than the rounding of the distances
+  Mask within = all_lanes();
+  Floats size[3];
   for (int a = 0; a < 3; ++a) {
-    const double size = grid.cell * static_cast<float>(grid.cells[a]), from = o[a], along = d[a];
-    const double inv = 1 / along, low = -from * inv, high = (size - from) * inv;
-    const bool flat = along == 0, inside = from >= 0 && from <= size;
-    const double t0 = flat ? (inside ? -kInf : kInf) : (along > 0 ? low : high);
-    const double t1 = flat ? kInf : (along > 0 ? high : low);
-    t_in = t0 > t_in ? t0 : t_in;
-    t_out = t1 < t_out ? t1 : t_out;
+    moved[a] = o[a];
+    size[a] = splat(grid.cell * static_cast<float>(grid.cells[a]));
+    within = within & less_equal(splat(0), o[a]) & less_equal(o[a], size[a]);
   }
-  const bool meets = t_in <= t_out && grid.cells[0] > 0;
-  entry = meets ? t_in : 0;
-  for (int a = 0; a < 3; ++a) moved[a] = static_cast<float>(o[a] + entry * d[a]);
-  rest = meets ? static_cast<float>(reach - entry) : -1.f;
+  rest = grid.cells[0] > 0 ? select(less_equal(splat(0), reach), reach, splat(-1)) : splat(-1);
+  if (all(within) || grid.cells[0] == 0) return splat(0);
+  Floats in = splat(0), out = reach;
+  for (int a = 0; a < 3; ++a) {
+    const Floats inv = splat(1) / d[a], low = -o[a] * inv, high = (size[a] - o[a]) * inv;
+    const Mask flat = less(abs(d[a]), splat(1e-30f));
+    const Mask beside = flat & !(less_equal(splat(0), o[a]) & less_equal(o[a], size[a]));
+    in = select(flat, in, max(in, min(low, high)));
+    out = select(flat, select(beside, splat(-1), out), min(out, max(low, high)));
+  }
+  in = in * (1 - kSlack);
+  const Mask meets = less_equal(in, out * (1 + kSlack));
+  const Floats entry = select(meets, in, splat(0));
+  for (int a = 0; a < 3; ++a) moved[a] = fma_in_full(entry, d[a], o[a]);
+  rest = select(meets, reach - entry, splat(-1));
+  return entry;
 }
 
-// The same for rays [begin, begin + count), as columns. Rays from inside stay where they are.
+// The same for rays [begin, begin + count), as columns.
 FIRN_INLINE void move_to_grid(const TraceGrid& grid, const RayView& rays, std::size_t begin,
-                              std::size_t count, float* const (&o)[3], float* const (&d)[3], double* entry,
+                              std::size_t count, float* const (&o)[3], float* const (&d)[3], float* entry,
                               float* rest) {
-  bool inside = grid.cells[0] > 0;
-  for (int a = 0; a < 3; ++a) {
-    const float size = grid.cell * static_cast<float>(grid.cells[a]);
-    const float* const from = rays.origin[a] + begin;
-    int out = 0;
-    for (std::size_t k = 0; k < count; ++k) out |= static_cast<int>(!(from[k] >= 0)) | (!(from[k] <= size));
-    inside = inside && out == 0;
-    __builtin_memcpy(d[a], rays.direction[a] + begin, count * sizeof(float));
-    if (inside) __builtin_memcpy(o[a], from, count * sizeof(float));
-  }
-  if (inside) {
-    for (std::size_t k = 0; k < count; ++k) {
-      entry[k] = 0;
-      rest[k] = rays.t[begin + k] >= 0 ? rays.t[begin + k] : -1.f;
+  for (std::size_t k = 0; k < count; k += kLanes) {
+    const int some = count - k < kLanes ? static_cast<int>(count - k) : kLanes;
+    Floats from[3], along[3], moved[3], left;
+    for (int a = 0; a < 3; ++a) {
+      from[a] = load_first(rays.origin[a] + begin + k, some, 0.f);
+      along[a] = load_first(rays.direction[a] + begin + k, some, 1.f);
     }
-    return;
-  }
-  for (std::size_t k = 0; k < count; ++k) {
-    const Ray ray = load_ray(rays, begin + k);
-    float moved[3];
-    enter_grid(grid, ray.o, ray.d, rays.t[begin + k], moved, entry[k], rest[k]);
-    for (int a = 0; a < 3; ++a) o[a][k] = moved[a];
+    const Floats reach = load_first(rays.t + begin + k, some, -1.f);
+    store_first(entry + k, some, enter_grid(grid, from, along, reach, moved, left));
+    store_first(rest + k, some, left);
+    for (int a = 0; a < 3; ++a) {
+      store_first(o[a] + k, some, moved[a]);
+      store_first(d[a] + k, some, along[a]);
+    }
   }
 }
 

@@ -6,8 +6,7 @@
 //
 // Each of these is one loop over all, so that few branches are taken by surprise, and what one ray waits for
 // holds up no other: a single register of rays in lock step took twice as long. When a quarter of the places
-// are empty, the rest close ranks. A ray from outside is first moved to the grid's edge in double, so that a
-// far camera costs no precision.
+// are empty, the rest close ranks. A ray from outside is first moved to the grid's edge.
 #include "kernels/trace/ball_test.h"
 #include "kernels/trace/cell_list.h"
 #include "kernels/trace/table.h"
@@ -62,7 +61,7 @@ class Wave {
   alignas(64) std::int32_t cell_[3][kMost], slot_[kMost];
   alignas(64) std::int32_t ray_[kMost];  // from begin_ on
   int live_[kMostRegisters];             // bits
-  double entry_[kMost];                  // m, from the ray's origin to the grid; by ray
+  float entry_[kMost];                   // m, from the ray's origin to the grid; by ray
   // Rays that stand in cells with balls: their places, and the cells' words.
   std::int32_t listed_[kMost + kLanes], word_[kMost + kLanes];
   // Registers of balls that a ray may enter: which, whose place, and where their indices are.
@@ -230,7 +229,7 @@ FIRN_INLINE void Wave<kAny>::enter(Floats t, int bits, int k) {
   if (least == reach && rays_.hit[i] < first) return;
   reach_[at] = least;
   rays_.hit[i] = first;
-  rays_.t[i] = static_cast<float>(entry_[ray] + least);
+  rays_.t[i] = entry_[ray] + least;
 }
 
 template <bool kAny>
@@ -256,7 +255,7 @@ void Wave<kAny>::test_around(int at, const int cell[3]) {
   if (kAny || best.particle == rays_.hit[begin_ + which]) return;
   reach_[at] = best.t;
   rays_.hit[begin_ + which] = best.particle;
-  rays_.t[begin_ + which] = static_cast<float>(entry_[which] + best.t);
+  rays_.t[begin_ + which] = entry_[which] + best.t;
 }
 
 // Each to its next cell.
