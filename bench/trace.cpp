@@ -31,13 +31,14 @@ constexpr double kSecondAgreement = 1e-3;  // of what is seen from there: a ray 
 constexpr const char* kKindNames[kRayKindCount] = {"primary", "shadow", "diffuse"};
 
 struct Bests {
-  Best build, interactive, frame, rays[kRayKindCount];
+  Best build, interactive, frame, shading, rays[kRayKindCount];
   FrameTally last;
 
   void add(const FrameTally& tally) {
     build.add(tally.build);
     interactive.add(tally.interactive);
     frame.add(tally.frame);
+    shading.add(tally.shading);
     for (std::size_t kind = 0; kind < kRayKindCount; ++kind) rays[kind].add(tally.rays[kind].seconds);
     last = tally;
   }
@@ -78,6 +79,7 @@ Json figures(const Contender& c, std::size_t particles) {
   }
   json["frame_ms"] = 1e3 * b.frame.seconds();
   json["interactive_ms"] = 1e3 * b.interactive.seconds();
+  json["shading_ms"] = 1e3 * b.shading.seconds();
   json["bytes_per_particle"] = static_cast<double>(c.tracer->bytes()) / static_cast<double>(particles);
   for (std::size_t kind = 0; kind < kRayKindCount; ++kind) {
     const RayTally& rays = b.last.rays[kind];
@@ -135,13 +137,13 @@ void print(const Json& r) {
               r["order"].get<std::string>().c_str(), r["threads"].get<int>(),
               r["isa"].get<std::string>().c_str(), r["machine"]["cpu"].get<std::string>().c_str(),
               r["clock"].get<std::string>().c_str());
-  std::printf("%-14s %8s %8s %8s %8s %8s %11s %9s   M rays/s, ms, bytes a particle\n", "", "build", "primary",
-              "shadow", "diffuse", "frame", "interactive", "bytes");
+  std::printf("%-14s %8s %8s %8s %8s %8s %11s %9s %9s   M rays/s, ms, bytes a particle\n", "", "build",
+              "primary", "shadow", "diffuse", "frame", "interactive", "shading", "bytes");
   for (const auto& [name, f] : r["tracers"].items()) {
     const auto number = [&f = f](const char* key) { return f[key].get<double>(); };
-    std::printf("%-14s %8.1f %8.1f %8.1f %8.1f %8.1f %11.1f %9.1f\n", name.c_str(), number("build_ms"),
+    std::printf("%-14s %8.1f %8.1f %8.1f %8.1f %8.1f %11.1f %9.1f %9.1f\n", name.c_str(), number("build_ms"),
                 number("primary_mrays"), number("shadow_mrays"), number("diffuse_mrays"), number("frame_ms"),
-                number("interactive_ms"), number("bytes_per_particle"));
+                number("interactive_ms"), number("shading_ms"), number("bytes_per_particle"));
   }
   for (const auto& [name, f] : r["tracers"].items()) {
     std::printf("%s:", name.c_str());

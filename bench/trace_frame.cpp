@@ -199,18 +199,19 @@ FrameTally TraceFrame::render(Tracer& tracer) {
   FrameTally tally;
   RayTally &primary = tally.rays[0], &shadow = tally.rays[1], &bounce = tally.rays[2];
   tally.build = timed([&] { tracer.build(); });
-  tally.interactive = tally.build + timed([&] {
-                        aim_camera(tracer.origin());
-                        primary = trace(tracer, RayKind::primary, primary_);
-                        shade(tracer);
-                        shadow = trace(tracer, RayKind::shadow, shadow_);
-                        add_light();
-                      });
-  tally.frame = tally.interactive + timed([&] {
-                  scatter();
-                  bounce = trace(tracer, RayKind::bounce, bounce_);
-                  add_sky();
-                });
+  const double all = timed([&] {
+    aim_camera(tracer.origin());
+    primary = trace(tracer, RayKind::primary, primary_);
+    shade(tracer);
+    shadow = trace(tracer, RayKind::shadow, shadow_);
+    add_light();
+    scatter();
+    bounce = trace(tracer, RayKind::bounce, bounce_);
+    add_sky();
+  });
+  tally.interactive = tally.build + primary.seconds + shadow.seconds;
+  tally.frame = tally.interactive + bounce.seconds;
+  tally.shading = tally.build + all - tally.frame;
   count(primary_, true, primary);
   count(shadow_, false, shadow);
   count(bounce_, true, bounce);

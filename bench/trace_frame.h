@@ -3,9 +3,10 @@
 // light, a cosine-distributed bounce ray from each hit. Every tracer makes its rays from its own hits; the
 // random directions belong to the pixels, so rays differ only as far as hits do.
 //
-//     build | camera rays, primary, shading, shadow | bounce rays, bounce, sum
-//     ------ the interactive frame ---------------->|
-//     ------ the whole frame ---------------------------------------------->
+//     build | camera rays | primary | shading | shadow | bounce rays | bounce | sum
+//
+// The interactive frame is build, primary and shadow, the whole frame these and bounce: what tracers do. What
+// lies between is the bench's own, and the same for all.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -45,7 +46,7 @@ struct RayTally {
 };
 
 struct FrameTally {
-  double build = 0, interactive = 0, frame = 0;  // s
+  double build = 0, interactive = 0, frame = 0, shading = 0;  // s; shading: all that lies between
   RayTally rays[kRayKindCount];
 };
 

@@ -60,12 +60,11 @@ FIRN_INLINE void for_each_long_run(const TraceGrid& grid, const int low[3], cons
         const std::uint32_t* const start = grid.cell_start + static_cast<std::size_t>(slot) * kCellsPerBrick;
         if (start[0] == start[kCellsPerBrick]) continue;
         const int x0 = low[0] > 4 * bx ? low[0] & 3 : 0, x1 = high[0] < 4 * bx + 3 ? high[0] & 3 : 3;
-        const int y0 = low[1] > 4 * by ? low[1] & 3 : 0, y1 = high[1] < 4 * by + 3 ? high[1] & 3 : 3;
-        if (y1 - y0 >= 2) {
-          run(start[16 * x0], start[16 * x1 + 16]);
-        } else {
-          for (int x = x0; x <= x1; ++x) run(start[16 * x + 4 * y0], start[16 * x + 4 * y1 + 4]);
-        }
+        int y0 = low[1] > 4 * by ? low[1] & 3 : 0, y1 = high[1] < 4 * by + 3 ? high[1] & 3 : 3;
+        int more = 0;  // of x, in one run with the first
+        if (y1 - y0 >= 2) y0 = 0, y1 = 3, more = x1 - x0;
+        for (int x = x0; x + more <= x1; ++x)
+          run(start[16 * x + 4 * y0], start[16 * (x + more) + 4 * y1 + 4]);
       }
     }
   }
@@ -75,10 +74,9 @@ FIRN_INLINE int cells_reached(const TraceGrid& grid) {
   return static_cast<int>(grid.max_radius * grid.inv_cell + kCellMargin) + 1;
 }
 
-// The part of the squared distance from balls at p to the cell that one axis makes up.
-FIRN_INLINE Floats gap2(const TraceGrid& grid, Floats p, int cell) {
-  const float low = static_cast<float>(cell) * grid.cell;
-  const Floats gap = max(max(low - p, p - (low + grid.cell)), splat(0));
+// The part of the squared distance from balls at p to the cell between low and high that one axis makes up.
+FIRN_INLINE Floats gap2(Floats p, float low, float high) {
+  const Floats gap = max(max(low - p, p - high), splat(0));
   return gap * gap;
 }
 
@@ -94,17 +92,20 @@ inline std::uint32_t make_list(const TraceGrid& grid, std::size_t place, const i
   const float margin = kCellMargin * grid.cell;
   const int reached = cells_reached(grid);
   int low[3], high[3];
+  float from[3], to[3];  // m, the cell
   for (int a = 0; a < 3; ++a) {
     low[a] = cell[a] > reached ? cell[a] - reached : 0;
     high[a] = cell[a] + reached < grid.cells[a] ? cell[a] + reached : grid.cells[a] - 1;
+    from[a] = static_cast<float>(cell[a]) * grid.cell;
+    to[a] = from[a] + grid.cell;
   }
   for_each_long_run(grid, low, high, [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t b = begin; b < end && count <= kMost; b += kLanes) {
       const int some = end - b < kLanes ? static_cast<int>(end - b) : kLanes;
       const Floats reach = radii(grid, b, some) + margin;
-      const Floats distance2 = gap2(grid, load_first(grid.x + b, some, 0.f), cell[0]) +
-                               gap2(grid, load_first(grid.y + b, some, 0.f), cell[1]) +
-                               gap2(grid, load_first(grid.z + b, some, 0.f), cell[2]);
+      const Floats distance2 = gap2(load_first(grid.x + b, some, 0.f), from[0], to[0]) +
+                               gap2(load_first(grid.y + b, some, 0.f), from[1], to[1]) +
+                               gap2(load_first(grid.z + b, some, 0.f), from[2], to[2]);
       const Mask in = less_equal(distance2, reach * reach) & less(splat(margin), reach) & mask_of_first(some);
       store_packed(reinterpret_cast<std::int32_t*>(found + count), in,
                    lane_numbers() + static_cast<std::int32_t>(b));

@@ -6,7 +6,8 @@
 //
 // Each of these is one loop over all, so that few branches are taken by surprise, and what one ray waits for
 // holds up no other: a single register of rays in lock step took twice as long. When a quarter of the places
-// are empty, the rest close ranks. A ray from outside is first moved to the grid's edge.
+// are empty, the rest close ranks, and when half of the room is free, new rays follow. A ray from outside is
+// first moved to the grid's edge.
 #include "kernels/trace/ball_test.h"
 #include "kernels/trace/cell_list.h"
 #include "kernels/trace/table.h"
@@ -21,13 +22,13 @@ class Wave {
  public:
   static constexpr std::size_t kMost = 512;  // rays
 
-  Wave(const TraceGrid& grid, const RayView& rays) : grid_(grid), rays_(rays) {}
+  Wave(const TraceGrid& grid, const RayView& rays, std::size_t begin, std::size_t end)
+      : grid_(grid), rays_(rays), begin_(begin), next_(begin), end_(end) {}
 
-  // Rays [begin, begin + count), at most kMost.
-  void trace(std::size_t begin, std::size_t count) {
-    take(begin, count);
-    while (alive_ > 0) {
+  void trace() {
+    while (alive_ > 0 || next_ < end_) {
       if (4 * alive_ <= 3 * kLanes * registers_) close_ranks();
+      if (next_ < end_ && 2 * registers_ <= kMostRegisters) take();
       const int listed = find_listed();
       test_lists(listed);
       go_on();
@@ -39,7 +40,7 @@ class Wave {
   static constexpr int kMostFound = 64;  // registers of balls at a time
   static constexpr int kAhead = 4;       // lists asked for before they are read
 
-  void take(std::size_t begin, std::size_t count);
+  void take();
   void close_ranks();
   int find_listed();
   void test_lists(int listed);
@@ -53,15 +54,15 @@ class Wave {
 
   const TraceGrid& grid_;
   const RayView& rays_;
-  std::size_t begin_ = 0;
-  int registers_ = 0, alive_ = 0;  // in use; rays
+  std::size_t begin_, next_, end_;  // rays; from next_ on they are still to come
+  int registers_ = 0, alive_ = 0;   // in use; rays
   // By place in the wave.
   alignas(64) float o_[3][kMost], d_[3][kMost], inv_[3][kMost];  // m, unit, and one over it
   alignas(64) float reach_[kMost];                               // m; negative: done
+  alignas(64) float entry_[kMost];                               // m, from the ray's origin to the grid
   alignas(64) std::int32_t cell_[3][kMost], slot_[kMost];
   alignas(64) std::int32_t ray_[kMost];  // from begin_ on
   int live_[kMostRegisters];             // bits
-  float entry_[kMost];                   // m, from the ray's origin to the grid; by ray
   // Rays that stand in cells with balls: their places, and the cells' words.
   std::int32_t listed_[kMost + kLanes], word_[kMost + kLanes];
   // Registers of balls that a ray may enter: which, whose place, and where their indices are.
@@ -71,10 +72,13 @@ class Wave {
   int found_ = 0;
 };
 
-// What strays have is found here; then the rays are moved to the grid's edge.
+// The next rays, as many as there is room for. What strays have is found here; then the rays are moved to the
+// grid's edge.
 template <bool kAny>
-void Wave<kAny>::take(std::size_t begin, std::size_t count) {
-  begin_ = begin;
+void Wave<kAny>::take() {
+  const std::size_t at = static_cast<std::size_t>(registers_) * kLanes, begin = next_;
+  const std::size_t count = end_ - begin < kMost - at ? end_ - begin : kMost - at;
+  next_ += count;
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = begin + k;
     rays_.hit[i] = kNoHit;
@@ -85,18 +89,19 @@ void Wave<kAny>::take(std::size_t begin, std::size_t count) {
     rays_.hit[i] = kAny ? 0 : stray.particle;
     if (!kAny) rays_.t[i] = stray.t;
   }
-  move_to_grid(grid_, rays_, begin, count, {o_[0], o_[1], o_[2]}, {d_[0], d_[1], d_[2]}, entry_, reach_);
+  move_to_grid(grid_, rays_, begin, count, {o_[0] + at, o_[1] + at, o_[2] + at},
+               {d_[0] + at, d_[1] + at, d_[2] + at}, entry_ + at, reach_ + at);
   for (std::size_t k = 0; kAny && k < count; ++k) {
-    if (rays_.hit[begin + k] != kNoHit) reach_[k] = -1;
+    if (rays_.hit[begin + k] != kNoHit) reach_[at + k] = -1;
   }
-  registers_ = static_cast<int>((count + kLanes - 1) / kLanes);
-  alive_ = 0;
-  for (std::size_t k = count; k < static_cast<std::size_t>(registers_) * kLanes; ++k) reach_[k] = -1;
-  for (int r = 0; r < registers_; ++r) {
+  const int first = registers_;
+  registers_ += static_cast<int>((count + kLanes - 1) / kLanes);
+  for (std::size_t k = at + count; k < static_cast<std::size_t>(registers_) * kLanes; ++k) reach_[k] = -1;
+  for (int r = first; r < registers_; ++r) {
     const int k = r * kLanes;
     live_[r] = lane_bits(less_equal(splat(0), load(reach_ + k)));
     alive_ += __builtin_popcount(static_cast<unsigned>(live_[r]));
-    store(ray_ + k, lane_numbers() + k);
+    store(ray_ + k, lane_numbers() + static_cast<std::int32_t>(begin - begin_ + k - at));
     for (int a = 0; a < 3; ++a) {
       store(inv_[a] + k, inverse_of(load(d_[a] + k)));
       store(cell_[a] + k, cell_of(grid_, a, load(o_[a] + k)));
@@ -117,6 +122,7 @@ void Wave<kAny>::close_ranks() {
       store_packed(cell_[a] + next, live, load(cell_[a] + k));
     }
     store_packed(reach_ + next, live, load(reach_ + k));
+    store_packed(entry_ + next, live, load(entry_ + k));
     store_packed(ray_ + next, live, load(ray_ + k));
     next += __builtin_popcount(static_cast<unsigned>(live_[r]));
   }
@@ -214,7 +220,7 @@ void Wave<kAny>::enter_found() {
 template <bool kAny>
 FIRN_INLINE void Wave<kAny>::enter(Floats t, int bits, int k) {
   const int at = whose_[k];
-  const std::size_t ray = static_cast<std::size_t>(ray_[at]), i = begin_ + ray;
+  const std::size_t i = begin_ + static_cast<std::size_t>(ray_[at]);
   const float reach = reach_[at];
   int in = lane_bits(less(splat(0), t) & less_equal(t, splat(reach))) & bits;
   if (in == 0) return;
@@ -229,7 +235,7 @@ FIRN_INLINE void Wave<kAny>::enter(Floats t, int bits, int k) {
   if (least == reach && rays_.hit[i] < first) return;
   reach_[at] = least;
   rays_.hit[i] = first;
-  rays_.t[i] = entry_[ray] + least;
+  rays_.t[i] = entry_[at] + least;
 }
 
 template <bool kAny>
@@ -243,8 +249,8 @@ FIRN_INLINE void Wave<kAny>::block(int at, bool blocked) {
 template <bool kAny>
 void Wave<kAny>::test_around(int at, const int cell[3]) {
   const Ray ray{{o_[0][at], o_[1][at], o_[2][at]}, {d_[0][at], d_[1][at], d_[2][at]}};
-  const auto which = static_cast<std::size_t>(ray_[at]);
-  Nearest best{reach_[at], rays_.hit[begin_ + which]};
+  const std::size_t i = begin_ + static_cast<std::size_t>(ray_[at]);
+  Nearest best{reach_[at], rays_.hit[i]};
   for_each_run_around(grid_, cell, cells_reached(grid_), [&](std::uint32_t begin, std::uint32_t end) {
     if (kAny) {
       block(at, run_blocks(grid_, begin, end, ray, reach_[at]));
@@ -252,10 +258,10 @@ void Wave<kAny>::test_around(int at, const int cell[3]) {
       test_run(grid_, begin, end, ray, best);
     }
   });
-  if (kAny || best.particle == rays_.hit[begin_ + which]) return;
+  if (kAny || best.particle == rays_.hit[i]) return;
   reach_[at] = best.t;
-  rays_.hit[begin_ + which] = best.particle;
-  rays_.t[begin_ + which] = entry_[which] + best.t;
+  rays_.hit[i] = best.particle;
+  rays_.t[i] = entry_[at] + best.t;
 }
 
 // Each to its next cell.
@@ -283,21 +289,14 @@ void Wave<kAny>::go_on() {
   }
 }
 
-template <bool kAny>
-void trace(const TraceGrid& grid, const RayView& rays, std::size_t begin, std::size_t end) {
-  constexpr std::size_t kMost = Wave<kAny>::kMost;
-  Wave<kAny> wave(grid, rays);
-  for (; begin < end; begin += kMost) wave.trace(begin, end - begin < kMost ? end - begin : kMost);
-}
-
 }  // namespace
 
 void closest(const TraceGrid& grid, const RayView& rays, std::size_t begin, std::size_t end) {
-  trace<false>(grid, rays, begin, end);
+  Wave<false>(grid, rays, begin, end).trace();
 }
 
 void occluded(const TraceGrid& grid, const RayView& rays, std::size_t begin, std::size_t end) {
-  trace<true>(grid, rays, begin, end);
+  Wave<true>(grid, rays, begin, end).trace();
 }
 
 }  // namespace firn::kernels::FIRN_ISA
