@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The shapes of the still scenes: height fields scenes/drifts.pgm (wind-blown powder) and scenes/vault.pgm (the roof of a
-passage, upside down), the lugs under the boot, scenes/boot_tread.obj, and a boulder, scenes/rock.obj. Run it again only to
-change them.
+passage, upside down), the lugs under the boot, scenes/boot_tread.obj, a boulder, scenes/rock.obj, and a snowball,
+scenes/snowball.obj. Run it again only to change them.
 
 usage: shapes.py"""
 import math
@@ -122,10 +122,24 @@ def rock_radius(direction):
     return radius * (0.9 + 0.1 * worn)
 
 
-def write_rock(name):
+def snowball_radius(direction):
+    """A ball pressed by hands: dented where palms and fingers lay, lumpy in between."""
+    x, y, z = direction
+    radius = 1.0
+    for k in range(9):
+        normal = unit([lattice(k, axis, 61) - 0.5 for axis in range(3)])
+        facing = sum(n * d for n, d in zip(normal, direction))
+        dent = max(0.0, facing - 0.8) / 0.2
+        radius -= 0.05 * lattice(k, 3, 61) * dent * dent * (3 - 2 * dent)
+    lumps = octaves(2.5 * x + 9 + 1.5 * z, 2.5 * y + 7 - 1.5 * z, 67, 4) + octaves(2.5 * z + 5, 2.5 * y + 3 + 1.5 * x, 71, 4) - 1
+    return radius + 0.06 * lumps
+
+
+def write_ball(name, what, radius):
+    """A closed mesh whose corners lie radius(direction) from its middle."""
     corners, triangles = sphere(4)
-    lines = ["# A boulder of about 2 m, made by docs/gallery/shapes.py"]
-    lines += ["v %.4f %.4f %.4f" % tuple(rock_radius(corner) * x for x in corner) for corner in corners]
+    lines = [f"# {what}, made by docs/gallery/shapes.py"]
+    lines += ["v %.4f %.4f %.4f" % tuple(radius(corner) * x for x in corner) for corner in corners]
     lines += ["f %d %d %d" % tuple(i + 1 for i in triangle) for triangle in triangles]
     (SCENES / name).write_text("\n".join(lines) + "\n")
 
@@ -142,4 +156,5 @@ if __name__ == "__main__":
     write("drifts.pgm", 256, 192, 1.6, 1.2, drifts)
     write("vault.pgm", 128, 128, 1.2, 1.2, vault)
     write_lugs("boot_tread.obj")
-    write_rock("rock.obj")
+    write_ball("rock.obj", "A boulder of about 2 m", rock_radius)
+    write_ball("snowball.obj", "A snowball of about 2 m", snowball_radius)

@@ -19,8 +19,12 @@ float power_of(const Lamp& lamp) {
   return std::visit([](const auto& one) { return kPi * one.area * one.strength; }, lamp);
 }
 
-// 2 - 2 cos of the angle between them, without cancellation.
-bool within(const Vec3f& a, const Vec3f& b, float spread) { return (a - b).squaredNorm() <= 2 * spread; }
+Vec3f direction_of(const kernels::DistantSun& sun) { return Eigen::Map<const Vec3f>(sun.direction); }
+
+// By 2 - 2 cos of the angle between them, without cancellation.
+bool shines_from(const kernels::DistantSun& sun, const Vec3f& d) {
+  return (d - direction_of(sun)).squaredNorm() <= 2 * sun.spread;
+}
 
 // Of what an even sky's light would have it sampled by, where there is a sun too.
 constexpr float kSkyBesideSun = 0.15f;
@@ -45,7 +49,7 @@ LightSet::LightSet(const std::vector<Light>& lights, const ObjectSet& objects)
   });
   sky_strength_ = sky_.strength() * (even && !suns_.empty() ? kSkyBesideSun : 1);
   distant_strength_ = sky_strength_;
-  for (const Sun& sun : suns_) distant_strength_ += sun.strength;
+  for (const auto& sun : suns_) distant_strength_ += sun.strength;
 }
 
 // A disc of uniform radiance L and angular radius a sends pi L sin^2 a to a plane that faces it.
@@ -53,14 +57,14 @@ void LightSet::add_sun(const SunLight& light) {
   const SinCos half = portable_sincos(0.5 * light.angular_radius * 3.14159265358979323846 / 180);
   const double spread = std::max(2 * half.sin * half.sin, kNarrowest), pi = 3.14159265358979323846;
   const Vec3f radiance = light.irradiance / static_cast<float>(spread * (2 - spread) * pi);
-  suns_.push_back({light.direction.normalized().cast<float>(), radiance, static_cast<float>(spread),
-                   static_cast<float>(radiance.sum() * 2 * pi * spread)});
-  const Sun& sun = suns_.back();
-  kernels::DistantSun& lanes = distant_suns_.emplace_back();
-  lanes.spread = sun.spread, lanes.strength = sun.strength;
-  Eigen::Map<Vec3f>(lanes.direction) = sun.direction;
-  Eigen::Map<Vec3f>(lanes.side) = around(sun.direction, 1, 0, 0);
-  Eigen::Map<Vec3f>(lanes.up) = around(sun.direction, 0, 1, 0);
+  const Vec3f direction = light.direction.normalized().cast<float>();
+  sun_radiance_.push_back(radiance);
+  kernels::DistantSun& sun = suns_.emplace_back();
+  sun.spread = static_cast<float>(spread);
+  sun.strength = static_cast<float>(radiance.sum() * 2 * pi * spread);
+  Eigen::Map<Vec3f>(sun.direction) = direction;
+  Eigen::Map<Vec3f>(sun.side) = around(direction, 1, 0, 0);
+  Eigen::Map<Vec3f>(sun.up) = around(direction, 0, 1, 0);
 }
 
 void LightSet::place(const Vec3& origin, const Vec3& center, float radius) {
@@ -111,8 +115,7 @@ void LightSet::aim(const kernels::ShadeKernels& with, const float* choice, const
                    RayStream& rays) const {
   float* const direction[3] = {rays.directions(0), rays.directions(1), rays.directions(2)};
   if (lamps_.empty() && distant_strength_ > 0) {
-    const kernels::DistantLights lights{distant_suns_.data(), distant_suns_.size(), sky_.table(),
-                                        distant_strength_};
+    const kernels::DistantLights lights{suns_.data(), suns_.size(), sky_.table(), distant_strength_};
     with.distant_directions(lights, choice, u, v, 0, rays.size(), direction);
     for (std::size_t i = 0; i < rays.size(); ++i) rays.t(i) = kInfinity;
     return;
@@ -136,8 +139,9 @@ bool LightSet::sample_lamp(int lamp, float chance, const Vec3f& p, Sample2 at, L
 
 bool LightSet::middle(int beacon, const Vec3f& p, LightSample& out) const {
   if (beacon >= distant()) {
-    const Sun& sun = suns_[beacon - distant()];
-    out = {sun.direction, kInfinity, sun.radiance, 1 / (2 * kPi * sun.spread), 0, 1};
+    const int which = beacon - distant();
+    const float density = 1 / (2 * kPi * suns_[which].spread);
+    out = {direction_of(suns_[which]), kInfinity, sun_radiance_[which], density, 0, 1};
     return true;
   }
   // A ball's cone is sampled from its axis on, all others from a corner.
@@ -236,27 +240,27 @@ bool LightSet::crosses_disc(const Vec3f& o, const Vec3f& d) const {
 
 Vec3f LightSet::background(const Vec3f& d) const {
   Vec3f sum = sky_.radiance(d);
-  for (const Sun& sun : suns_) {
-    if (within(d, sun.direction, sun.spread)) sum += sun.radiance;
+  for (std::size_t i = 0; i < suns_.size(); ++i) {
+    if (shines_from(suns_[i], d)) sum += sun_radiance_[i];
   }
   return sum;
 }
 
 float LightSet::distant_density(const Vec3f& d) const {
   float sum = sky_strength_ * sky_.density(d);
-  for (const Sun& sun : suns_) {
-    if (within(d, sun.direction, sun.spread)) sum += sun.strength / (2 * kPi * sun.spread);
+  for (const auto& sun : suns_) {
+    if (shines_from(sun, d)) sum += sun.strength / (2 * kPi * sun.spread);
   }
   return sum;
 }
 
 Vec3f LightSet::distant_direction(float left, Sample2 at) const {
-  for (const Sun& sun : suns_) {
-    if (left < sun.strength) return cone_direction(sun.direction, sun.spread, at);
+  for (const auto& sun : suns_) {
+    if (left < sun.strength) return cone_direction(direction_of(sun), sun.spread, at);
     left -= sun.strength;
   }
   return sky_.strength() > 0 ? sky_.sample(at)
-                             : cone_direction(suns_.back().direction, suns_.back().spread, at);
+                             : cone_direction(direction_of(suns_.back()), suns_.back().spread, at);
 }
 
 bool LightSet::may_reach(const Vec3f& low, const Vec3f& high) const {

@@ -101,12 +101,6 @@ class LightSet {
   Vec3f sky(const Vec3f& d) const { return sky_.radiance(d); }
 
  private:
-  struct Sun {
-    Vec3f direction, radiance;
-    float spread;    // 1 - cos(angular radius)
-    float strength;  // of the radiance, all directions and channels summed
-  };
-
   void add_sun(const SunLight& light);
   int distant() const { return static_cast<int>(lamps_.size()); }  // the number of the light at infinity
   float weight(int lamp, const Vec3f& p) const;
@@ -119,10 +113,10 @@ class LightSet {
   Vec3f distant_direction(float left, Sample2 at) const;  // left: in [0, distant_strength_)
 
   const ObjectSet& objects_;
-  std::vector<Lamp> lamps_;          // quads, balls, glowing objects
-  std::vector<int> lamp_of_object_;  // -1: it does not glow
-  std::vector<Sun> suns_;
-  std::vector<kernels::DistantSun> distant_suns_;  // the same
+  std::vector<Lamp> lamps_;                // quads, balls, glowing objects
+  std::vector<int> lamp_of_object_;        // -1: it does not glow
+  std::vector<kernels::DistantSun> suns_;  // their strength: the radiance, all directions and channels summed
+  std::vector<Vec3f> sun_radiance_;
   Sky sky_;
   float sky_strength_ = 0;  // by which it is sampled
   float distant_strength_ = 0;
