@@ -10,8 +10,8 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 WORK = ROOT / "build/gallery"
-SNOW_GROUND = ["surface.field.albedo=[0.85,0.86,0.87]", "surface.slope.albedo=[0.82,0.84,0.86]"]
-BACKLIT = ["light[0].azimuth=172", "light[0].elevation=12", "snow.density=200", "snow.grain_radius=1e-3"]
+BACKLIT = ["light[0].azimuth=163", "light[0].elevation=15", "snow.ball.density=150", "snow.ball.grain_radius=1e-3",
+           "output.exposure=-0.2"]
 
 
 def size(width, height, samples):
@@ -22,10 +22,9 @@ def size(width, height, samples):
 STILLS = {
     "powder_in_sun": ("powder_in_sun", 0, [], [[]]),
     "snow_cave": ("snow_cave", 0, [], [[]]),
-    "ball_lit_from_behind": ("snowball_in_sun", 0, [], [BACKLIT + size(640, 480, 32)]),
-    "avalanche": ("avalanche", 84, ["simulation.dx=0.065"], [SNOW_GROUND + size(960, 540, 24) + [
-        "camera.position=[12,3.2,7.5]", "camera.target=[-0.6,1.5,0.2]", "camera.fov=34", "light[0].azimuth=5",
-        "light[0].elevation=25", "output.exposure=-0.45", "output.denoise=true"]]),
+    "ball_lit_from_behind": ("snowball_on_drift", 0, [], [BACKLIT + size(720, 480, 64)]),
+    "avalanche": ("avalanche", 84, ["simulation.dx=0.065"], [size(960, 540, 48) + [
+        "camera.position=[4.2,1.5,12.5]", "camera.target=[0.7,1.75,0]", "output.denoise=true"]]),
     "snowfall": ("snowfall_at_fence", 0, [], [[]]),
     "boot_print": ("boot_print", 48, ["simulation.dx=0.0085"], [size(960, 540, 32) + [
         "collider.visible=false", "camera.position=[0.05,0.5,0.27]", "camera.target=[0.01,0.1,0.005]", "camera.fov=28",
@@ -37,7 +36,7 @@ STILLS = {
         for snow in ("spheres", "smooth")]),
     "without_and_with_tint": ("snow_cave", 0, [], [
         size(320, 240, 6) + ["output.exposure=-2.5", f"snow.tint={tint}"] for tint in (0, 1)]),
-    "snowball_in_sun": ("snowball_in_sun", 0, [], [[]]),
+    "snowball_on_drift": ("snowball_on_drift", 0, [], [[]]),
 }
 
 
