@@ -114,122 +114,44 @@ bool asks_for_help(int argc, char** argv) {
                      [](const std::string& word) { return word == "--help" || word == "-h"; });
 }
 
-int kernels(int argc, char** argv) {
-  firn::bench::KernelOptions o;
+// An option for each member that a benchmark's options have, named as the member is.
+template <class Of>
+Options options_of(Of& o) {
   Options options;
-  options.takes = {
-      {"--particles", number("--particles", o.particles)}, {"--isa", word(o.isa)}, {"--json", word(o.json)}};
-  options.read(argc, argv);
-  firn::bench::run_kernels(o);
-  return 0;
+  auto& takes = options.takes;
+  if constexpr (requires { o.particles; }) takes["--particles"] = number("--particles", o.particles);
+  if constexpr (requires { o.triangles; }) takes["--triangles"] = number("--triangles", o.triangles);
+  if constexpr (requires { o.radius; }) takes["--radius"] = number("--radius", o.radius);
+  if constexpr (requires { o.threads; }) takes["--threads"] = number("--threads", o.threads);
+  if constexpr (requires { o.repeats; }) takes["--repeats"] = number("--repeats", o.repeats);
+  if constexpr (requires { o.samples; }) takes["--samples"] = number("--samples", o.samples);
+  if constexpr (requires { o.steps; }) takes["--steps"] = number("--steps", o.steps);
+  if constexpr (requires { o.dt; }) takes["--dt"] = number("--dt", o.dt);
+  if constexpr (requires { o.scene; }) takes["--scene"] = word(o.scene);
+  if constexpr (requires { o.shape; }) takes["--shape"] = word(o.shape);
+  if constexpr (requires { o.order; }) takes["--order"] = word(o.order);
+  if constexpr (requires { o.clock; }) takes["--clock"] = word(o.clock);
+  if constexpr (requires { o.integrator; }) takes["--integrator"] = word(o.integrator);
+  if constexpr (requires { o.stop_early; })
+    takes["--naive-svd"] = [&o](const char* text) { o.stop_early = stops_early(text); };
+  if constexpr (requires { o.naive; }) options.flags["--no-naive"] = [&o] { o.naive = false; };
+  if constexpr (requires { o.rivals; }) options.flags["--no-rivals"] = [&o] { o.rivals = false; };
+  takes["--isa"] = word(o.isa);
+  takes["--json"] = word(o.json);
+  return options;
 }
 
-int sim(int argc, char** argv) {
-  firn::bench::SimOptions o;
-  Options options;
-  options.takes = {{"--scene", word(o.scene)},
-                   {"--isa", word(o.isa)},
-                   {"--json", word(o.json)},
-                   {"--particles", number("--particles", o.particles)},
-                   {"--threads", number("--threads", o.threads)},
-                   {"--steps", number("--steps", o.steps)},
-                   {"--dt", number("--dt", o.dt)},
-                   {"--naive-svd", [&](const char* text) { o.stop_early = stops_early(text); }}};
-  options.flags = {{"--no-naive", [&] { o.naive = false; }}};
-  options.read(argc, argv);
-  firn::bench::run_sim(o);
-  return 0;
-}
-
-int resting(int argc, char** argv) {
-  firn::bench::RestingOptions o;
-  Options options;
-  options.takes = {{"--particles", number("--particles", o.particles)},
-                   {"--threads", number("--threads", o.threads)},
-                   {"--isa", word(o.isa)},
-                   {"--steps", number("--steps", o.steps)},
-                   {"--dt", number("--dt", o.dt)},
-                   {"--json", word(o.json)}};
-  options.read(argc, argv);
-  firn::bench::run_resting(o);
-  return 0;
-}
-
-int medium(int argc, char** argv) {
-  firn::bench::MediumOptions o;
-  Options options;
-  options.takes = {
-      {"--particles", number("--particles", o.particles)}, {"--isa", word(o.isa)}, {"--json", word(o.json)}};
-  options.read(argc, argv);
-  firn::bench::run_medium(o);
-  return 0;
-}
-
-int preview(int argc, char** argv) {
-  firn::bench::PreviewOptions o;
-  Options options;
-  options.takes = {{"--particles", number("--particles", o.particles)},
-                   {"--shape", word(o.shape)},
-                   {"--threads", number("--threads", o.threads)},
-                   {"--isa", word(o.isa)},
-                   {"--repeats", number("--repeats", o.repeats)},
-                   {"--clock", word(o.clock)},
-                   {"--json", word(o.json)}};
-  options.read(argc, argv);
-  firn::bench::run_preview(o);
-  return 0;
-}
-
-int mesh(int argc, char** argv) {
-  firn::bench::MeshOptions o;
-  Options options;
-  options.takes = {{"--triangles", number("--triangles", o.triangles)},
-                   {"--isa", word(o.isa)},
-                   {"--repeats", number("--repeats", o.repeats)},
-                   {"--json", word(o.json)}};
-  options.read(argc, argv);
-  firn::bench::run_mesh(o);
-  return 0;
-}
-
-int rule(int argc, char** argv) {
-  firn::bench::RuleOptions o;
-  Options options;
-  options.takes = {{"--particles", number("--particles", o.particles)}, {"--shape", word(o.shape)},
-                   {"--radius", number("--radius", o.radius)},          {"--isa", word(o.isa)},
-                   {"--repeats", number("--repeats", o.repeats)},       {"--json", word(o.json)}};
-  options.read(argc, argv);
-  firn::bench::run_rule(o);
-  return 0;
-}
-
-int sphere(int argc, char** argv) {
-  firn::bench::SphereOptions o;
-  Options options;
-  options.takes = {
-      {"--integrator", word(o.integrator)},          {"--samples", number("--samples", o.samples)},
-      {"--threads", number("--threads", o.threads)}, {"--isa", word(o.isa)},
-      {"--repeats", number("--repeats", o.repeats)}, {"--json", word(o.json)}};
-  options.read(argc, argv);
-  firn::bench::run_sphere(o);
-  return 0;
-}
-
-int trace(int argc, char** argv) {
-  firn::bench::TraceOptions o;
-  Options options;
-  options.takes = {{"--particles", number("--particles", o.particles)},
-                   {"--shape", word(o.shape)},
-                   {"--radius", number("--radius", o.radius)},
-                   {"--threads", number("--threads", o.threads)},
-                   {"--order", word(o.order)},
-                   {"--isa", word(o.isa)},
-                   {"--repeats", number("--repeats", o.repeats)},
-                   {"--clock", word(o.clock)},
-                   {"--json", word(o.json)}};
-  options.flags = {{"--no-rivals", [&] { o.rivals = false; }}};
-  options.read(argc, argv);
-  return firn::bench::run_trace(o) ? 0 : 1;
+// False if the benchmark found its contenders to disagree.
+template <class Of, auto kRun>
+bool run(int argc, char** argv) {
+  Of o;
+  options_of(o).read(argc, argv);
+  if constexpr (std::is_void_v<decltype(kRun(o))>) {
+    kRun(o);
+    return true;
+  } else {
+    return kRun(o);
+  }
 }
 
 }  // namespace
@@ -239,16 +161,24 @@ int main(int argc, char** argv) {
     std::fputs(kUsage, stdout);
     return 0;
   }
-  const std::map<std::string, int (*)(int, char**)> commands = {
-      {"sim", sim},         {"kernels", kernels}, {"resting", resting}, {"trace", trace}, {"medium", medium},
-      {"preview", preview}, {"sphere", sphere},   {"mesh", mesh},       {"rule", rule}};
+  namespace bench = firn::bench;
+  const std::map<std::string, bool (*)(int, char**)> commands = {
+      {"sim", run<bench::SimOptions, bench::run_sim>},
+      {"kernels", run<bench::KernelOptions, bench::run_kernels>},
+      {"resting", run<bench::RestingOptions, bench::run_resting>},
+      {"trace", run<bench::TraceOptions, bench::run_trace>},
+      {"medium", run<bench::MediumOptions, bench::run_medium>},
+      {"preview", run<bench::PreviewOptions, bench::run_preview>},
+      {"sphere", run<bench::SphereOptions, bench::run_sphere>},
+      {"mesh", run<bench::MeshOptions, bench::run_mesh>},
+      {"rule", run<bench::RuleOptions, bench::run_rule>}};
   const auto command = commands.find(argc < 2 ? "" : argv[1]);
   if (command == commands.end()) {
     std::fputs(kUsage, stderr);
     return 2;
   }
   try {
-    return command->second(argc, argv);
+    return command->second(argc, argv) ? 0 : 1;
   } catch (const firn::Error& error) {
     std::fprintf(stderr, "firn-bench: %s\n", error.what());
     return static_cast<int>(error.code());
