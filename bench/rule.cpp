@@ -48,15 +48,14 @@ struct Snow {
 
   void trace(RayStream& rays, RayKind kind, bool packets, const float* widest, std::size_t most) const {
     kernels::TraceGrid view = grid;
-    kernels::SurfaceField field = surface != nullptr ? *surface : kernels::SurfaceField{};
-    if (widest != nullptr) view.widest_packet = field.widest_packet = *widest;
+    if (widest != nullptr) view.widest_packet = *widest;
     const bool any = kind == RayKind::shadow;
     for (std::size_t i = 0; i < rays.size(); i += most) {
       const std::size_t end = std::min(i + most, rays.size());
       if (surface != nullptr) {
         const auto kernel = any ? (packets ? kernels.surface_occluded_coherent : kernels.surface_occluded)
                                 : (packets ? kernels.surface_closest_coherent : kernels.surface_closest);
-        kernel(view, field, rays.view(), i, end);
+        kernel(view, *surface, rays.view(), i, end);
       } else {
         const auto kernel = any ? (packets ? kernels.occluded_coherent : kernels.occluded)
                                 : (packets ? kernels.closest_coherent : kernels.closest);

@@ -22,6 +22,7 @@ class BallPacket : public Packet<BallPacket<kAny>, kAny> {
 
  private:
   friend Base;
+  static constexpr float kWidest = kAny ? 8 : 5;  // where the sun grazes, rays to it begin far apart
   using Base::at_, Base::best_, Base::d_, Base::forward_, Base::found_, Base::from_, Base::furthest_,
       Base::grid_, Base::kParts, Base::main_, Base::o_, Base::particle_, Base::reach_, Base::side_,
       Base::slope_;
@@ -198,8 +199,7 @@ Slab BallPacket<kAny>::meet(int slab, const CellRange& cells) {
 template <bool kAny>
 void trace_coherent(const TraceGrid& grid, const RayView& rays, std::size_t begin, std::size_t end) {
   trace_in_packets(
-      begin, end,
-      [&](std::size_t from) { return BallPacket<kAny>(grid, rays, from).trace(grid.widest_packet); },
+      begin, end, [&](std::size_t from) { return BallPacket<kAny>(grid, rays, from).trace(); },
       [&](std::size_t from, std::size_t to) { (kAny ? occluded : closest)(grid, rays, from, to); });
 }
 

@@ -35,6 +35,7 @@ struct CellRange {
 enum class Slab { passed, ended, declined };
 
 // kAny: whether any hit will do. Packets of a kind derive from it and have
+//   kWidest   cells, as TraceGrid's widest_packet
 //   Slab meet(int slab, const CellRange&)   tests these cells, which are those of four slices from `slab` on
 // and call shorten() when they are done with what found_ tells of. They may have
 //   void set_aside()      takes rays out that begin where this packet cannot follow them
@@ -42,9 +43,9 @@ enum class Slab { passed, ended, declined };
 template <class Kind, bool kAny>
 class Packet {
  public:
-  // False if the rays are not coherent, or the packet is or grows wider than `widest` cells beside the reach,
-  // or it declines: nothing is found then (a stray that shortened a ray is found again, within its reach).
-  bool trace(float widest);
+  // False if the rays are not coherent, or the packet is or grows too wide (TraceGrid), or it declines:
+  // nothing is found then (a stray that shortened a ray is found again, within its reach).
+  bool trace();
 
  protected:
   static constexpr int kParts = kRays / kLanes;
@@ -65,7 +66,8 @@ class Packet {
   // Where the rays can be while they are in slices k to k + count, widened by the reach.
   FIRN_INLINE Window window(int k, int count) const;
   FIRN_INLINE bool wide(const Window& w) const {
-    const float most = widest_ * grid_.cell + 2 * reach_;
+    const float widest = grid_.widest_packet > 0 ? grid_.widest_packet : Kind::kWidest;
+    const float most = widest * grid_.cell + 2 * reach_;
     return w.high[0] - w.low[0] > most || w.high[1] - w.low[1] > most;
   }
   // The cells of these slices within the window; false if there are none.
@@ -104,13 +106,11 @@ class Packet {
   bool walk();
   void store_hits() const;
 
-  float widest_ = 0;        // cells
   bool shortened_ = false;  // some ray, since the bounds were drawn
 };
 
 template <class Kind, bool kAny>
-bool Packet<Kind, kAny>::trace(float widest) {
-  widest_ = widest;
+bool Packet<Kind, kAny>::trace() {
   load_rays();
   static_cast<Kind*>(this)->set_aside();
   if (any_live() && !(choose_main() && walk())) return false;

@@ -55,6 +55,7 @@ class SurfacePacket : public Packet<SurfacePacket<kAny>, kAny> {
 
  private:
   friend Base;
+  static constexpr float kWidest = 5;
   using Base::begin_, Base::best_, Base::d_, Base::entry_, Base::first_, Base::found_, Base::furthest_,
       Base::grid_, Base::kParts, Base::live, Base::o_, Base::particle_, Base::rays_, Base::reach_;
 
@@ -250,7 +251,7 @@ void SurfacePacket<kAny>::trace_others() const {
 template <bool kAny>
 bool trace_packet(const TraceGrid& grid, const SurfaceField& field, const RayView& rays, std::size_t begin) {
   SurfacePacket<kAny> packet(grid, field, rays, begin);
-  if (!packet.trace(field.widest_packet)) return false;
+  if (!packet.trace()) return false;
   packet.trace_others();
   return true;
 }

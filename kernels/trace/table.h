@@ -53,9 +53,9 @@ struct TraceGrid {
   std::uint64_t list_room = 0;
   const BallBundle* strays = nullptr;  // too large or too far for the cells: every ray tests them
   std::uint64_t stray_bundles = 0;
-  // Cells across a packet of 64 coherent rays, beside the reach of what it may meet, beyond which its rays
-  // are faster by other ways: found by `firn-bench rule` and `trace`. Against balls.
-  float widest_packet = 8;
+  // Cells across a packet of 64 coherent rays, beside the reach of what it may meet, beyond which its rays go
+  // by other ways. 0: what is fastest, by kind of ray; `firn-bench rule` asks for others.
+  float widest_packet = 0;
 };
 
 // Columns of rays. Directions are unit vectors. `t` is the reach on entry (m, may be infinite) and the
@@ -103,7 +103,6 @@ struct SurfaceField {
   const float* fill = nullptr;               // per occupied brick: kBrickCorners, 1 in evenly packed snow
   const std::uint32_t* cell_kind = nullptr;  // per occupied brick: eight words, four bits a cell
   float level = 0.5f;
-  float widest_packet = 5;  // as TraceGrid has it, against the surface
 };
 inline constexpr std::uint32_t kSurfaceHit = 0xfffffffeu;
 
