@@ -33,6 +33,7 @@ FIRN_INLINE void spline(Floats f, Floats w[3]) {
 struct Weights {
   alignas(64) float xy[9][kLanes], z[3][kLanes];
   alignas(64) std::int32_t row[kLanes], place[kLanes];  // the first row in the tile, and the place in it
+  int some;                                             // a bit for each particle that adds something
 };
 
 FIRN_INLINE void weigh(const TraceGrid& grid, const int first[3], std::uint32_t begin, int count,
@@ -48,6 +49,7 @@ FIRN_INLINE void weigh(const TraceGrid& grid, const int first[3], std::uint32_t 
     spline(p - to_float(base[a]), w[a]);
   }
   const Floats each = load_first(amount + begin, count, 0.f);
+  out.some = lane_bits(less(splat(0), each));
   for (int i = 0; i < 3; ++i) {
     const Floats wx = w[0][i] * each;
     for (int j = 0; j < 3; ++j) store(out.xy[3 * i + j], wx * w[1][j]);
@@ -64,7 +66,8 @@ void splat(const TraceGrid& grid, const int first[3], std::uint32_t begin, std::
   for (std::uint32_t s = begin; s < end; s += kLanes) {
     const int count = static_cast<int>(end - s < kLanes ? end - s : kLanes);
     weigh(grid, first, s, count, amount, w);
-    for (int lane = 0; lane < count; ++lane) {
+    for (int some = w.some; some != 0; some &= some - 1) {
+      const int lane = __builtin_ctz(static_cast<unsigned>(some));
       const Row three = {w.z[0][lane], w.z[1][lane], w.z[2][lane]};
       const RowPlaces from = (kPlaces - w.place[lane]) & (kFieldTileRow - 1);
       const Row wz = __builtin_shuffle(three, from);
