@@ -81,34 +81,47 @@ void splat(const TraceGrid& grid, const int first[3], std::uint32_t begin, std::
   }
 }
 
+namespace {
+// The corners of a brick that lie beside one another along z, in the first places of a row each.
+typedef Row Corners[kCornerSide][kCornerSide];
+
+// What the tile of the brick at step k holds: all that depends on the step is known to the compiler.
+template <int k>
+FIRN_INLINE void add_tile(const float* tile, Corners& sum) {
+  constexpr int kStep[3] = {k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1};
+  constexpr int kLow[2] = {kStep[0] > 0 ? kBrickCells - 1 : 0, kStep[1] > 0 ? kBrickCells - 1 : 0};
+  constexpr int kHigh[2] = {kStep[0] < 0 ? 1 : kBrickCells, kStep[1] < 0 ? 1 : kBrickCells};
+  // Which of its row each corner gets; the last is not used by particles.
+  constexpr RowPlaces kFrom = kStep[2] < 0    ? RowPlaces{5, 6, 8, 8, 8, 8, 8, 8}
+                              : kStep[2] == 0 ? RowPlaces{1, 2, 3, 4, 5, 8, 8, 8}
+                                              : RowPlaces{8, 8, 8, 0, 1, 8, 8, 8};
+  const Row zero = {};
+#pragma GCC unroll 5
+  for (int x = kLow[0]; x <= kHigh[0]; ++x) {
+#pragma GCC unroll 5
+    for (int y = kLow[1]; y <= kHigh[1]; ++y) {
+      const int row = (x - kBrickCells * kStep[0] + 1) * kFieldTileSide + y - kBrickCells * kStep[1] + 1;
+      sum[x][y] += __builtin_shuffle(load_row(tile + row * kFieldTileRow), zero, kFrom);
+    }
+  }
+}
+
+template <int k = 0>
+FIRN_INLINE void add_tiles(const float* const tiles[27], Corners& sum) {
+  if (tiles[k] != nullptr) add_tile<k>(tiles[k], sum);
+  if constexpr (k + 1 < 27) add_tiles<k + 1>(tiles, sum);
+}
+}  // namespace
+
 void sum_tiles(const float* const tiles[27], float* corners) {
-  Row sum[kCornerSide][kCornerSide];
+  Corners sum;
   for (int x = 0; x < kCornerSide; ++x) {
     for (int y = 0; y < kCornerSide; ++y) {
       sum[x][y] = Row{};
       __builtin_memcpy(&sum[x][y], corners + (x * kCornerSide + y) * kCornerSide, 4 * kCornerSide);
     }
   }
-  const Row zero = {};
-  for (int k = 0; k < 27; ++k) {
-    if (tiles[k] == nullptr) continue;
-    const int step[3] = {k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1};
-    int low[2], high[2];  // of the brick's corners that the tile reaches
-    for (int a = 0; a < 2; ++a) {
-      low[a] = step[a] > 0 ? kBrickCells - 1 : 0;
-      high[a] = step[a] < 0 ? 1 : kBrickCells;
-    }
-    // Which of its row each corner gets; the last is not used by particles.
-    const RowPlaces from = step[2] < 0    ? RowPlaces{5, 6, 8, 8, 8, 8, 8, 8}
-                           : step[2] == 0 ? RowPlaces{1, 2, 3, 4, 5, 8, 8, 8}
-                                          : RowPlaces{8, 8, 8, 0, 1, 8, 8, 8};
-    for (int x = low[0]; x <= high[0]; ++x) {
-      for (int y = low[1]; y <= high[1]; ++y) {
-        const int row = (x - kBrickCells * step[0] + 1) * kFieldTileSide + y - kBrickCells * step[1] + 1;
-        sum[x][y] += __builtin_shuffle(load_row(tiles[k] + row * kFieldTileRow), zero, from);
-      }
-    }
-  }
+  add_tiles(tiles, sum);
   for (int x = 0; x < kCornerSide; ++x) {
     for (int y = 0; y < kCornerSide; ++y)
       __builtin_memcpy(corners + (x * kCornerSide + y) * kCornerSide, &sum[x][y], 4 * kCornerSide);

@@ -105,7 +105,7 @@ void SnowField::add_company() {
   const std::size_t slots = grid_->brick_of_slot().size();
   counts_.resize(volume_.size());
   more_.resize(volume_.size());
-  std::vector<std::uint8_t> done(slots, 0);  // what is filled stays so
+  std::vector<std::uint8_t> done(slots, 0);  // what has company or all that it can get keeps it
   for (int round = 0; round < kCompanyRounds; ++round) {
     parallel_for(slots, 16, [&](std::size_t slot) {
       splats_[slot] = 0;
@@ -122,9 +122,9 @@ void SnowField::add_company() {
         counts_[s] = wanted;
         splats_[slot] = 1;
       }
+      done[slot] = !splats_[slot];
     });
-    add_to_fill(more_);
-    if (tile_.empty()) return;
+    if (!add_to_fill(more_)) return;
   }
 }
 

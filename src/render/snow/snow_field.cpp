@@ -36,17 +36,17 @@ void SnowField::find_neighbours() {
   });
 }
 
-// Each brick whose particles add something gets a tile.
-void SnowField::splat_bricks(const std::vector<float>& amount) {
+// Each brick whose particles add something gets a tile. False: none does.
+bool SnowField::splat_bricks(const std::vector<float>& amount) {
   const kernels::TraceGrid& grid = grid_->view();
   const std::size_t slots = grid_->brick_of_slot().size();
   tile_at_.resize(slots);
   std::uint32_t tiles = 0;
   for (std::size_t slot = 0; slot < slots; ++slot) tile_at_[slot] = splats_[slot] ? tiles++ : kNone;
-  tile_.resize(static_cast<std::size_t>(tiles) * kFieldTile);
+  tile_.reserve_discarding(static_cast<std::size_t>(tiles) * kFieldTile);
   parallel_for(slots, 8, [&](std::size_t slot) {
     if (tile_at_[slot] == kNone) return;
-    float* tile = &tile_[static_cast<std::size_t>(tile_at_[slot]) * kFieldTile];
+    float* tile = tile_.data() + static_cast<std::size_t>(tile_at_[slot]) * kFieldTile;
     std::fill(tile, tile + kFieldTile, 0.f);
     int first[3];
     brick_place(grid, grid_->brick_of_slot()[slot], first);
@@ -54,6 +54,7 @@ void SnowField::splat_bricks(const std::vector<float>& amount) {
     kernels_.splat(grid, first, grid.cell_start[slot * kCellsPerBrick],
                    grid.cell_start[(slot + 1) * kCellsPerBrick], amount.data(), tile);
   });
+  return tiles > 0;
 }
 
 // Adds the tiles that reach each brick's corners to them, always in the same order; then calls done(slot).
@@ -65,7 +66,7 @@ void SnowField::gather_corners(std::vector<float>& corners, bool from_zero, Done
     for (int k = 0; k < 27; ++k) {
       const std::int32_t other = neighbours_[slot][k];
       const bool there = other >= 0 && tile_at_[other] != kNone;
-      tiles[k] = there ? &tile_[static_cast<std::size_t>(tile_at_[other]) * kFieldTile] : nullptr;
+      tiles[k] = there ? tile_.data() + static_cast<std::size_t>(tile_at_[other]) * kFieldTile : nullptr;
       any = any || there;
     }
     float* its = &corners[slot * kBrickCorners];
@@ -87,10 +88,11 @@ void SnowField::splat(const std::vector<float>& amount, std::vector<float>& corn
   gather_corners(corners, true, done);
 }
 
-// Adds to the fill what the bricks that splat say.
-void SnowField::add_to_fill(const std::vector<float>& amount) {
-  splat_bricks(amount);
-  if (!tile_.empty()) gather_corners(fill_, false, [this](std::size_t slot) { note_span(slot); });
+// Adds to the fill what the bricks that splat say. False: nothing.
+bool SnowField::add_to_fill(const std::vector<float>& amount) {
+  if (!splat_bricks(amount)) return false;
+  gather_corners(fill_, false, [this](std::size_t slot) { note_span(slot); });
+  return true;
 }
 
 // Of all corners of a brick.
@@ -324,8 +326,8 @@ std::uint32_t SnowField::particle_near(const Vec3f& p) const {
 
 std::size_t SnowField::bytes() const {
   const auto of = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
-  return of(fill_) + of(density_) + of(kind_) + of(gradient_at_) + of(gradient_) + of(tile_) + of(tile_at_) +
-         of(slot_) + of(sigma_) + of(stray_extinction_) + of(cells_) + of(depth_);
+  return of(fill_) + of(density_) + of(kind_) + of(gradient_at_) + of(gradient_) + tile_.resident_bytes() +
+         of(tile_at_) + of(slot_) + of(sigma_) + of(stray_extinction_) + of(cells_) + of(depth_);
 }
 
 }  // namespace firn

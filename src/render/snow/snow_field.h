@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "kernels/shade/table.h"
+#include "src/core/aligned.h"
 #include "src/render/setup.h"
 #include "src/render/snow/render_grid.h"
 
@@ -105,10 +106,10 @@ class SnowField {
   double enclosed_density(Place place, std::uint64_t in_balls) const;
   template <class Done>
   void splat(const std::vector<float>& amount, std::vector<float>& corners, Done&& done);
-  void splat_bricks(const std::vector<float>& amount);
+  bool splat_bricks(const std::vector<float>& amount);
   template <class Done>
   void gather_corners(std::vector<float>& corners, bool from_zero, Done&& done);
-  void add_to_fill(const std::vector<float>& amount);
+  bool add_to_fill(const std::vector<float>& amount);
   void weigh(const Snapshot& snapshot, const std::vector<SnowLook>& looks);
   void splat_snow(const std::vector<SnowLook>& looks, bool smooth);
   void splat_optics(const Snapshot& snapshot, const std::vector<SnowLook>& looks);
@@ -143,7 +144,7 @@ class SnowField {
   std::vector<std::uint32_t> kind_;                       // per occupied brick eight words
   std::vector<std::uint32_t> gradient_at_;  // per occupied brick: its place in gradient_, or kNone
   std::vector<float> gradient_;             // 1/m, per brick that the surface crosses 3 x kBrickCorners
-  std::vector<float> tile_;                 // per brick that holds particles kFieldTile
+  AlignedArray<float> tile_;                // per brick that splats kFieldTile
   std::vector<std::uint32_t> tile_at_;      // per occupied brick: its place in tile_, or kNone
   // Of the building alone, by sorted index; kept, since fresh memory costs more than filling it.
   std::vector<float> volume_, mass_;  // m^3 and kg, over those of a cell
