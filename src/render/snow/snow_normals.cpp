@@ -19,23 +19,15 @@ using kernels::kFieldTileSide;
 float slope(const float* v, int step) { return v[step] - v[-step]; }
 float smooth(const float* v, int step) { return v[-step] + 2 * v[0] + v[step]; }
 
-// Central differences, smoothed across (Sobel), of a tile's values, times 32 cells: first along z for all
-// rows, then along y, then along x, in rows that the compiler turns into vectors.
+// Central differences, smoothed across (Sobel), of a tile's values, times 32 cells: first along z, then along
+// y, then along x. The tile goes through as one row, which the compiler turns into vectors; what runs over
+// the ends of its own rows is not used.
 void sobel(const float* tile, float scale, float* out) {
   constexpr int kRow = kFieldTileRow, kPlane = kFieldTileSide * kRow;
-  float sz[kFieldTile], dz[kFieldTile], ss[kFieldTile], ds[kFieldTile], sd[kFieldTile];
-  for (int row = 0; row < kFieldTile; row += kRow) {
-    for (int z = 1; z <= kCornerSide; ++z)
-      sz[row + z] = smooth(tile + row + z, 1), dz[row + z] = slope(tile + row + z, 1);
-  }
-  for (int x = 0; x < kFieldTileSide; ++x) {
-    for (int y = 1; y <= kCornerSide; ++y) {
-      for (int z = 1; z <= kCornerSide; ++z) {
-        const int i = x * kPlane + y * kRow + z;
-        ss[i] = smooth(sz + i, kRow), ds[i] = slope(sz + i, kRow), sd[i] = smooth(dz + i, kRow);
-      }
-    }
-  }
+  float sz[kFieldTile] = {}, dz[kFieldTile] = {}, ss[kFieldTile], ds[kFieldTile], sd[kFieldTile];
+  for (int i = 1; i < kFieldTile - 1; ++i) sz[i] = smooth(tile + i, 1), dz[i] = slope(tile + i, 1);
+  for (int i = kRow; i < kFieldTile - kRow; ++i)
+    ss[i] = smooth(sz + i, kRow), ds[i] = slope(sz + i, kRow), sd[i] = smooth(dz + i, kRow);
   for (int x = 0; x < kCornerSide; ++x) {
     for (int y = 0; y < kCornerSide; ++y) {
       for (int z = 0; z < kCornerSide; ++z, out += 3) {
