@@ -2,8 +2,9 @@
 """The integrators at equal error: seconds x mean squared error of each on the scenes of bench/integrators, of which the
 least is best. Errors come from pictures of different seeds, half of their mean squared difference, so they know nothing
 of an integrator's bias; the pictures' means are printed for that. Seconds are those of a frame's tracing, the least of
-the seeds', with the gridding of the snow and the choice of `auto`. For a quiet machine; takes some minutes. --curve: a
-table for docs/figures/light.py.
+the seeds', with the gridding of the snow and the choice of `auto`. What the choice costs is timed by itself too: `auto`
+draws the picture of the integrator that it takes, so its time over the rest of it is its price, whatever the clock did
+between two pictures. For a quiet machine; takes some minutes. --curve: a table for docs/figures/light.py.
 
 usage: integrators.py FIRN [--curve FILE] [--threads N] [--seeds N] [--integrators A,B] [--set KEY=VALUE]... [SCENE...]"""
 import argparse
@@ -33,12 +34,12 @@ def picture(path):
 
 
 def render(firn, scene, seed, settings, folder):
-    """The picture, its seconds and the integrator that made it."""
+    """The picture, its seconds, those of the choice, and the integrator that made it."""
     words = [firn, "render", scene, "--seed", seed, "--quiet", "--overwrite", "--out", folder]
     words += [word for setting in settings for word in ("--set", setting)]
     subprocess.run(list(map(str, words)), check=True, stdout=subprocess.DEVNULL)
     frame = json.loads((Path(folder) / "run.json").read_text())["frames"][0]
-    return picture(next(Path(folder).glob("frames/*.pfm"))), frame["trace_s"], frame["integrator"].split(":")[0]
+    return picture(next(Path(folder).glob("frames/*.pfm"))), frame["trace_s"], frame["choice_s"], frame["integrator"].split(":")[0]
 
 
 def measure(firn, name, integrator, seeds, settings):
@@ -51,7 +52,8 @@ def measure(firn, name, integrator, seeds, settings):
     pairs = itertools.combinations(pictures, 2)
     square = statistics.mean(sum((x - y) ** 2 for x, y in zip(a, b)) / (2 * len(a)) for a, b in pairs)
     mean = statistics.mean(sum(values) / len(values) for values in pictures)
-    return {"integrator": integrator, "took": runs[0][2], "samples": samples, "seconds": seconds, "mean": mean,
+    price = max(run[1] / (run[1] - run[2]) for run in runs)
+    return {"integrator": integrator, "took": runs[0][3], "price": price, "samples": samples, "seconds": seconds, "mean": mean,
             "rmse": square**0.5 / mean, "cost": seconds * square}
 
 
@@ -73,8 +75,8 @@ def main():
     parser.add_argument("--curve", type=Path)
     parser.add_argument("--set", action="append", default=[], dest="settings")
     given = parser.parse_intermixed_args()
-    print("| scene | integrator | samples | s | RMSE / mean | mean | s x MSE over the best |")
-    print("|---|---|---|---|---|---|---|")
+    print("| scene | integrator | samples | s | RMSE / mean | mean | s x MSE over the best | with the choice |")
+    print("|---|---|---|---|---|---|---|---|")
     for name in given.scenes:
         rows = [measure(given.firn, name, integrator, given.seeds, given.settings)
                 for integrator in given.integrators.split(",")]
@@ -82,7 +84,7 @@ def main():
         for row in rows:
             took = f" ({row['took']})" if row["integrator"] == "auto" else ""
             print(f"| {name} | {row['integrator']}{took} | {row['samples']} | {row['seconds']:.2f} | "
-                  f"{row['rmse']:.4f} | {row['mean']:.4f} | {row['cost'] / best:.2f} |")
+                  f"{row['rmse']:.4f} | {row['mean']:.4f} | {row['cost'] / best:.2f} | {row['price']:.3f} |")
             sys.stdout.flush()
         if given.curve:
             add_curve(given.curve, name, rows)

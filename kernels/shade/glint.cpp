@@ -14,6 +14,7 @@ namespace {
 constexpr int kWindow = 64;                       // points that may ask together
 constexpr int kMostPlaces = 64, kMostTurns = 64;  // cells that they may ask for
 constexpr int kMostFacets = 256;                  // in a cell
+constexpr int kMostWaiting = 64;                  // cells that have facets
 constexpr float kMargin = 1.001f;                 // of lengths
 constexpr float kWidest = 4;  // light cones, in cones of a facet, beyond which their mean shines
 
@@ -138,9 +139,11 @@ class SharedCells {
     return set_places() && set_turns();
   }
 
-  // Those of the points that a facet of these cells holds.
+  // Those of the points that a facet of these cells holds. Most cells have none: those that do wait, so that
+  // facets fill the lanes.
   FIRN_INLINE std::uint64_t glinting() {
     std::uint64_t found = 0;
+    waiting_ = 0;
     for (int t = 0; t < turns_; t += kHalfLanes) {
       const Longs key = mix64(load_half<Longs>(turn_ + t));
       __builtin_memcpy(turn_ + t, &key, sizeof key);
@@ -155,10 +158,12 @@ class SharedCells {
     for (int t = 0; t < turns_; t += at_once) {
       const Longs turn = __builtin_shuffle(load_half<Longs>(turn_ + t), whose);
       const int count = (turns_ - t < at_once ? turns_ - t : at_once) * places_;
-      for (int k = 0; k < count; k += kHalfLanes)
-        found |= ask_cells(mix64(turn ^ load_half<Longs>(place_ + k)), k, count - k);
+      for (int k = 0; k < count; k += kHalfLanes) {
+        if (waiting_ > kMostWaiting) found |= ask_waiting();
+        note_cells(mix64(turn ^ load_half<Longs>(place_ + k)), k, count - k);
+      }
     }
-    return found;
+    return found | ask_waiting();
   }
 
  private:
@@ -215,31 +220,57 @@ class SharedCells {
     return true;
   }
 
+  // Whether as many facets as `until` is the chance to have fewer than: 53 bits, as uniform_double has them.
+  FIRN_INLINE static HalfLongs has_more(Longs bits, double until) {
+    return (HalfLongs)(bits >> 11) >= static_cast<std::int64_t>(until * 0x1p53);
+  }
+
   // bits: of `count` cells, whose places begin at k.
-  FIRN_INLINE std::uint64_t ask_cells(Longs bits, int k, int count) const {
+  FIRN_INLINE void note_cells(Longs bits, int k, int count) {
+    int some = long_lane_bits(has_more(bits, facets_.none) & (long_lane_numbers() < count));
+    std::uint64_t each[kHalfLanes];
+    __builtin_memcpy(each, &bits, sizeof each);
+    for (; some != 0; some &= some - 1) {
+      const int lane = __builtin_ctz(static_cast<unsigned>(some));
+      waiting_bits_[waiting_] = each[lane];
+      for (int a = 0; a < 3; ++a) waiting_corner_[a][waiting_] = corner_[a][k + lane];
+      ++waiting_;
+    }
+  }
+
+  // The points that facets of the cells that wait hold.
+  std::uint64_t ask_waiting() {
     std::uint64_t found = 0;
-    const HalfLongs drawn = (HalfLongs)(bits >> 11);  // 53 bits, as uniform_double has them
-    HalfLongs open = long_lane_numbers() < count;
-    double chance = facets_.none, until = chance;
-    for (int n = 1; n < kMostFacets; ++n) {
-      open &= drawn >= static_cast<std::int64_t>(until * 0x1p53);
-      if (long_lane_bits(open) == 0) break;
-      const Longs place = mix64(bits + static_cast<std::uint64_t>(n));
-      float at[3][kHalfLanes];
-      HalfInts near = HalfInts{} == 0;  // to one of the points
-      for (int a = 0; a < 3; ++a) {
-        const HalfFloats its = facets_.cell * (load_half<HalfFloats>(corner_[a] + k) +
-                                               bits_to_float(place, 21 * a, 0x1fffff) * 0x1p-21f);
-        __builtin_memcpy(at[a], &its, sizeof its);
-        near &= (its >= from_[a]) & (its <= to_[a]);
+    for (int k = 0; k < waiting_; k += kHalfLanes) {
+      const Longs bits = load_half<Longs>(waiting_bits_ + k);
+      HalfLongs open = long_lane_numbers() < waiting_ - k;
+      double chance = facets_.none, until = chance;
+      for (int n = 1; n < kMostFacets && long_lane_bits(open) != 0; ++n) {
+        found |= ask_facets(mix64(bits + static_cast<std::uint64_t>(n)), k, open);
+        chance *= facets_.mean / n;
+        until += chance;
+        open &= has_more(bits, until);
       }
-      int facets = long_lane_bits(__builtin_convertvector(near, HalfLongs) & open);
-      for (; facets != 0; facets &= facets - 1) {
-        const int lane = __builtin_ctz(static_cast<unsigned>(facets));
-        found |= held_by(at[0][lane], at[1][lane], at[2][lane]);
-      }
-      chance *= facets_.mean / n;
-      until += chance;
+    }
+    waiting_ = 0;
+    return found;
+  }
+
+  // place: bits of a facet each of the cells that wait from k on, in the lanes that are open.
+  FIRN_INLINE std::uint64_t ask_facets(Longs place, int k, HalfLongs open) const {
+    std::uint64_t found = 0;
+    float at[3][kHalfLanes];
+    HalfInts near = HalfInts{} == 0;  // to one of the points
+    for (int a = 0; a < 3; ++a) {
+      const HalfFloats its = facets_.cell * (load_half<HalfFloats>(waiting_corner_[a] + k) +
+                                             bits_to_float(place, 21 * a, 0x1fffff) * 0x1p-21f);
+      __builtin_memcpy(at[a], &its, sizeof its);
+      near &= (its >= from_[a]) & (its <= to_[a]);
+    }
+    int facets = long_lane_bits(__builtin_convertvector(near, HalfLongs) & open);
+    for (; facets != 0; facets &= facets - 1) {
+      const int lane = __builtin_ctz(static_cast<unsigned>(facets));
+      found |= held_by(at[0][lane], at[1][lane], at[2][lane]);
     }
     return found;
   }
@@ -269,6 +300,9 @@ class SharedCells {
   int places_ = 0, turns_ = 0;
   std::uint64_t place_[kMostPlaces + kHalfLanes] = {}, turn_[kMostTurns + kHalfLanes] = {};
   float corner_[3][kMostPlaces + kHalfLanes] = {};  // cells
+  int waiting_ = 0;
+  std::uint64_t waiting_bits_[kMostWaiting + 2 * kHalfLanes] = {};
+  float waiting_corner_[3][kMostWaiting + 2 * kHalfLanes] = {};
 };
 
 // Those of the points, of one particle, that may glint.

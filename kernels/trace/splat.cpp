@@ -33,6 +33,7 @@ FIRN_INLINE void spline(Floats f, Floats w[3]) {
 struct Weights {
   alignas(64) float xy[9][kLanes], z[3][kLanes];
   alignas(64) std::int32_t row[kLanes], place[kLanes];  // the first row in the tile, and the place in it
+  int some;                                             // a bit for each particle that adds something
 };
 
 FIRN_INLINE void weigh(const TraceGrid& grid, const int first[3], std::uint32_t begin, int count,
@@ -48,6 +49,7 @@ FIRN_INLINE void weigh(const TraceGrid& grid, const int first[3], std::uint32_t 
     spline(p - to_float(base[a]), w[a]);
   }
   const Floats each = load_first(amount + begin, count, 0.f);
+  out.some = lane_bits(less(splat(0), each));
   for (int i = 0; i < 3; ++i) {
     const Floats wx = w[0][i] * each;
     for (int j = 0; j < 3; ++j) store(out.xy[3 * i + j], wx * w[1][j]);
@@ -64,7 +66,8 @@ void splat(const TraceGrid& grid, const int first[3], std::uint32_t begin, std::
   for (std::uint32_t s = begin; s < end; s += kLanes) {
     const int count = static_cast<int>(end - s < kLanes ? end - s : kLanes);
     weigh(grid, first, s, count, amount, w);
-    for (int lane = 0; lane < count; ++lane) {
+    for (int some = w.some; some != 0; some &= some - 1) {
+      const int lane = __builtin_ctz(static_cast<unsigned>(some));
       const Row three = {w.z[0][lane], w.z[1][lane], w.z[2][lane]};
       const RowPlaces from = (kPlaces - w.place[lane]) & (kFieldTileRow - 1);
       const Row wz = __builtin_shuffle(three, from);
@@ -78,34 +81,47 @@ void splat(const TraceGrid& grid, const int first[3], std::uint32_t begin, std::
   }
 }
 
+namespace {
+// The corners of a brick that lie beside one another along z, in the first places of a row each.
+typedef Row Corners[kCornerSide][kCornerSide];
+
+// What the tile of the brick at step k holds: all that depends on the step is known to the compiler.
+template <int k>
+FIRN_INLINE void add_tile(const float* tile, Corners& sum) {
+  constexpr int kStep[3] = {k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1};
+  constexpr int kLow[2] = {kStep[0] > 0 ? kBrickCells - 1 : 0, kStep[1] > 0 ? kBrickCells - 1 : 0};
+  constexpr int kHigh[2] = {kStep[0] < 0 ? 1 : kBrickCells, kStep[1] < 0 ? 1 : kBrickCells};
+  // Which of its row each corner gets; the last is not used by particles.
+  constexpr RowPlaces kFrom = kStep[2] < 0    ? RowPlaces{5, 6, 8, 8, 8, 8, 8, 8}
+                              : kStep[2] == 0 ? RowPlaces{1, 2, 3, 4, 5, 8, 8, 8}
+                                              : RowPlaces{8, 8, 8, 0, 1, 8, 8, 8};
+  const Row zero = {};
+#pragma GCC unroll 5
+  for (int x = kLow[0]; x <= kHigh[0]; ++x) {
+#pragma GCC unroll 5
+    for (int y = kLow[1]; y <= kHigh[1]; ++y) {
+      const int row = (x - kBrickCells * kStep[0] + 1) * kFieldTileSide + y - kBrickCells * kStep[1] + 1;
+      sum[x][y] += __builtin_shuffle(load_row(tile + row * kFieldTileRow), zero, kFrom);
+    }
+  }
+}
+
+template <int k = 0>
+FIRN_INLINE void add_tiles(const float* const tiles[27], Corners& sum) {
+  if (tiles[k] != nullptr) add_tile<k>(tiles[k], sum);
+  if constexpr (k + 1 < 27) add_tiles<k + 1>(tiles, sum);
+}
+}  // namespace
+
 void sum_tiles(const float* const tiles[27], float* corners) {
-  Row sum[kCornerSide][kCornerSide];
+  Corners sum;
   for (int x = 0; x < kCornerSide; ++x) {
     for (int y = 0; y < kCornerSide; ++y) {
       sum[x][y] = Row{};
       __builtin_memcpy(&sum[x][y], corners + (x * kCornerSide + y) * kCornerSide, 4 * kCornerSide);
     }
   }
-  const Row zero = {};
-  for (int k = 0; k < 27; ++k) {
-    if (tiles[k] == nullptr) continue;
-    const int step[3] = {k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1};
-    int low[2], high[2];  // of the brick's corners that the tile reaches
-    for (int a = 0; a < 2; ++a) {
-      low[a] = step[a] > 0 ? kBrickCells - 1 : 0;
-      high[a] = step[a] < 0 ? 1 : kBrickCells;
-    }
-    // Which of its row each corner gets; the last is not used by particles.
-    const RowPlaces from = step[2] < 0    ? RowPlaces{5, 6, 8, 8, 8, 8, 8, 8}
-                           : step[2] == 0 ? RowPlaces{1, 2, 3, 4, 5, 8, 8, 8}
-                                          : RowPlaces{8, 8, 8, 0, 1, 8, 8, 8};
-    for (int x = low[0]; x <= high[0]; ++x) {
-      for (int y = low[1]; y <= high[1]; ++y) {
-        const int row = (x - kBrickCells * step[0] + 1) * kFieldTileSide + y - kBrickCells * step[1] + 1;
-        sum[x][y] += __builtin_shuffle(load_row(tiles[k] + row * kFieldTileRow), zero, from);
-      }
-    }
-  }
+  add_tiles(tiles, sum);
   for (int x = 0; x < kCornerSide; ++x) {
     for (int y = 0; y < kCornerSide; ++y)
       __builtin_memcpy(corners + (x * kCornerSide + y) * kCornerSide, &sum[x][y], 4 * kCornerSide);

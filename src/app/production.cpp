@@ -162,6 +162,7 @@ bool Production::trace(int frame, FrameSlot& slot, const std::atomic<bool>& stop
   const std::lock_guard lock(mutex_);
   in_flight_[frame].record.integrator = integrator;
   in_flight_[frame].record.trace_seconds = watch.seconds();
+  in_flight_[frame].record.choice_seconds = stats.pilot_seconds;
   in_flight_[frame].record.rays = stats.rays;
   in_flight_[frame].record.mean_samples = stats.mean_samples;
   in_flight_[frame].record.snow_mass = stats.snow_mass;

@@ -46,6 +46,7 @@ void frame_fields(R& r, F&& field) {
   field("frame", r.frame);
   field("simulate_s", r.simulate_seconds);
   field("trace_s", r.trace_seconds);
+  field("choice_s", r.choice_seconds);
   field("write_s", r.write_seconds);
   field("rays", r.rays);
   field("samples_per_pixel", r.mean_samples);

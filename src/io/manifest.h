@@ -15,6 +15,7 @@ namespace firn {
 struct FrameRecord {
   int frame = 0;
   double simulate_seconds = 0, trace_seconds = 0, write_seconds = 0;
+  double choice_seconds = 0;  // of the tracing, what `auto` took to choose
   std::uint64_t rays = 0;
   double mean_samples = 0;           // a pixel
   double snow_mass = 0;              // kg, in pictures with light inside the snow

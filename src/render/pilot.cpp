@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 
 #include "src/core/rng.h"
 
@@ -12,21 +13,23 @@ namespace {
 
 // A turn of `wander`, its flight included, beside a ray with its shading. Measured:
 // docs/decisions/018-auto.md.
-constexpr double kTurn = 1;
+constexpr double kTurn = 0.4;
 constexpr double kPixels = 64;  // of a small picture
-constexpr int kSamples = 4;     // a pixel of it: light that comes evenly is stratified, as in the large one
-constexpr int kGlance = 2, kMost = 64;  // pictures of each integrator
-constexpr double kBudget = 0.005;       // of the work of the large picture, for the longer look
-constexpr double kTooDear = 0.05;  // of that work, for a single small picture: the large one is not worth it
-constexpr double kClear = 2;       // times the work: no need to look longer
-constexpr double kBetter = 0.9;    // times the work of the first that another must do with
+// At a glance: two pictures of each integrator, of one path a pixel.
+constexpr int kGlance = 2, kGlanceSamples = 1;
+constexpr double kTooDear = 0.05;  // of the work of the large picture, for a single one: not worth it
+constexpr double kClear = 3;       // times the work, or the light: no need, or every need, to look longer
+// A longer look: light that comes evenly is stratified among a pixel's paths, as in the large picture.
+constexpr int kSamples = 4, kMost = 64;  // paths a pixel; pictures
+constexpr double kBudget = 0.005;        // of the work of the large picture, for both integrators together
+constexpr double kBetter = 0.9;          // times the work of the first that another must do with
 
-ImageSettings small(const ImageSettings& image, Integrator integrator) {
+ImageSettings small(const ImageSettings& image, Integrator integrator, int samples) {
   ImageSettings pilot = image;
   const double scale = std::min(1.0, std::sqrt(kPixels / (static_cast<double>(image.width) * image.height)));
   pilot.width = std::max(1, static_cast<int>(std::lround(scale * image.width)));
   pilot.height = std::max(1, static_cast<int>(std::lround(scale * image.height)));
-  pilot.samples = std::min(image.samples, kSamples);
+  pilot.samples = std::min(image.samples, samples);
   pilot.integrator = integrator;
   return pilot;
 }
@@ -34,9 +37,10 @@ ImageSettings small(const ImageSettings& image, Integrator integrator) {
 // One integrator's small pictures.
 class Pilot {
  public:
-  Pilot(const RenderSetup& setup, Integrator integrator)
-      : seed_(hash_keys(setup.seed, static_cast<std::uint64_t>(integrator), 0x70696c6f74ull)),
-        image_(small(setup.image, integrator)) {}
+  Pilot(const RenderSetup& setup, Integrator integrator, int samples = kGlanceSamples)
+      : seed_(hash_keys(setup.seed, static_cast<std::uint64_t>(integrator),
+                        0x70696c6f74ull + static_cast<std::uint64_t>(samples))),
+        image_(small(setup.image, integrator, samples)) {}
 
   void look(int pictures, const Shoot& shoot) {
     for (; pictures > 0; --pictures) {
@@ -55,15 +59,16 @@ class Pilot {
   int pictures() const { return count_; }
   // The work of one of them; so much a path.
   double work() const { return work_.total() / count_; }
-  double work_of_path() const {
-    return work() / (static_cast<double>(image_.width) * image_.height * image_.samples);
-  }
+  double work_of_path() const { return work() / paths(); }
+  double paths() const { return static_cast<double>(image_.width) * image_.height * image_.samples; }
   // Work times mean squared error: the work for an error of 1.
   double cost() const {
     double variance = 0;
     for (std::size_t i = 0; i < sum_.size(); ++i) variance += squares_[i] - sum_[i] * sum_[i] / count_;
     return work() * std::max(variance, 0.0) / (count_ - 1);
   }
+  // The mean value of a picture, times a constant.
+  double light() const { return std::accumulate(sum_.begin(), sum_.end(), 0.0) / count_; }
   Integrator integrator() const { return image_.integrator; }
 
  private:
@@ -74,9 +79,19 @@ class Pilot {
   std::vector<double> sum_, squares_;  // per value of a picture
 };
 
-// How many pictures more the budget allows, shared evenly between two.
-int more_pictures(const Pilot& pilot, double budget) {
-  return std::clamp(static_cast<int>(0.5 * budget / pilot.work()), 0, kMost);
+// A glance is enough, if the better is not quiet for want of light.
+bool clearly_worse(const Pilot& worse, const Pilot& better) {
+  return worse.cost() > kClear * better.cost() && worse.light() < kClear * better.light();
+}
+
+// Looks longer, as long as the budget allows; false, and nothing else is known, if that is not even a glance.
+bool look_longer(const RenderSetup& setup, const Shoot& shoot, double budget, Pilot& pilot) {
+  Pilot longer(setup, pilot.integrator(), kSamples);
+  const double allowed = budget / (pilot.work_of_path() * longer.paths());
+  if (allowed < kGlance) return false;
+  longer.look(static_cast<int>(std::min<double>(allowed, kMost)), shoot);
+  pilot = longer;
+  return true;
 }
 
 std::string told(const Pilot& taken, const Pilot& left, double times) {
@@ -110,7 +125,7 @@ Choice choose_integrator(const RenderSetup& setup, const Shoot& shoot) {
   Pilot best(setup, all.front());
   best.look(kGlance, shoot);
   const double paths = static_cast<double>(setup.image.width) * setup.image.height * setup.image.samples;
-  const double whole = paths * best.work_of_path(), budget = kBudget * whole;
+  const double whole = paths * best.work_of_path();
   std::string why;
   for (std::size_t k = 1; k < all.size(); ++k) {
     Pilot other(setup, all[k]);
@@ -121,12 +136,11 @@ Choice choose_integrator(const RenderSetup& setup, const Shoot& shoot) {
       continue;
     }
     other.look(kGlance - 1, shoot);
-    if (other.cost() < kClear * best.cost()) {
-      other.look(more_pictures(other, budget), shoot);
-      best.look(more_pictures(best, budget), shoot);
-    }
+    const bool longer = !clearly_worse(other, best) &&
+                        look_longer(setup, shoot, 0.5 * kBudget * whole, other) &&
+                        look_longer(setup, shoot, 0.5 * kBudget * whole, best);
     const double times = other.cost() / best.cost();
-    const bool better = times < kBetter;
+    const bool better = longer ? times < kBetter : clearly_worse(best, other);
     why += better ? told(other, best, 1 / times) : told(best, other, times);
     if (better) best = other;
   }

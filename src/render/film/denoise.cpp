@@ -18,7 +18,7 @@ constexpr float kDarkest = 0.02f;  // albedo that light is divided by at least
 constexpr float kFar = 1e6f;       // m, of what is not there
 // What differences of the guides weigh against differences of the light.
 constexpr float kNormals = 4, kAlbedos = 100, kDepths = 1000;
-constexpr float kRidge = 0.005f;  // keeps the fit level where all normals are alike
+constexpr float kRidge = 0.001f;  // keeps the fit level where all normals are alike
 
 // One number a pixel, with a margin that repeats the edge, so that no loop asks where the picture ends.
 class Plane {

@@ -17,7 +17,7 @@ struct NoisyPicture {
   std::vector<float> variance;         // of the pixel's luminance
   std::vector<float> albedo;           // 3 a pixel, mean over it; 1 where there is nothing
   std::vector<float> albedo_variance;  // of its luminance
-  std::vector<float> normal;           // 3 a pixel, mean over it
+  std::vector<float> normal;           // 3 a pixel, mean over it, of those that light falls on
   std::vector<float> depth;            // m; infinite: nothing there
 };
 

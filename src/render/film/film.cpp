@@ -32,6 +32,7 @@ void Film::begin(int width, int height, const PixelFilter& filter, const FilmCon
   depth_.assign(guides ? pixels : 0, 0);
   met_.assign(guides ? pixels : 0, 0);
   for (auto* square : {&matte_square_, &albedo_square_}) square->assign(content.denoise ? pixels : 0, 0);
+  lit_normal_.assign(content.denoise ? 3 * pixels : 0, 0);
   sparkle_.assign(content.sparkle || content.denoise ? 3 * pixels : 0, 0);
   subsurface_.assign(content.subsurface ? 3 * pixels : 0, 0);
   splats_.assign(content.splats ? 3 * pixels : 0, 0);
@@ -45,6 +46,7 @@ void Film::add(int x, int y, const FilmSample& sample) {
   ++count_[pixel];
   add_to(albedo_, pixel, sample.albedo);
   add_to(normal_, pixel, sample.normal);
+  add_to(lit_normal_, pixel, sample.lit_normal);
   add_to(sparkle_, pixel, sample.sparkle);
   add_to(subsurface_, pixel, sample.subsurface);
   if (!matte_square_.empty()) {
@@ -110,12 +112,18 @@ std::vector<float> Film::beauty() const {
   return rgb;
 }
 
+std::vector<float> Film::means(const std::vector<float>& sums) const {
+  const std::size_t channels = sums.size() / count_.size();
+  std::vector<float> values(sums.size());
+  for (std::size_t i = 0; i < sums.size(); ++i)
+    values[i] = sums[i] / static_cast<float>(std::max(count_[i / channels], 1u));
+  return values;
+}
+
 std::vector<float> Film::layer(Layer layer) const {
-  const std::size_t pixels = count_.size(), channels = channels_of(layer);
-  std::vector<float> values(channels * pixels);
+  std::vector<float> values(channels_of(layer) * count_.size());
   const auto mean_of = [&](const std::vector<float>& sums) {
-    for (std::size_t i = 0; i < sums.size(); ++i)
-      values[i] = sums[i] / static_cast<float>(std::max(count_[i / channels], 1u));
+    if (!sums.empty()) values = means(sums);
   };
   switch (layer) {
     case Layer::beauty:
@@ -162,7 +170,7 @@ std::vector<float> Film::variances(const std::vector<float>& means, const std::v
 
 NoisyPicture Film::noisy() const {
   NoisyPicture noisy{
-      width_, height_, {}, {}, layer(Layer::albedo), {}, layer(Layer::normal), layer(Layer::depth)};
+      width_, height_, {}, {}, layer(Layer::albedo), {}, means(lit_normal_), layer(Layer::depth)};
   const std::vector<float> sparkle = layer(Layer::sparkle);
   std::vector<float> matte(beauty_.size());
   noisy.rgb = beauty();

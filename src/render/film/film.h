@@ -22,6 +22,7 @@ struct FilmSample {              // of one path, linear RGB
   Vec3f subsurface = Vec3f::Zero();  // that was scattered inside of something
   Vec3f albedo = Vec3f::Ones();      // of what it met first; 1 if that glows or is nothing
   Vec3f normal = Vec3f::Zero();      // unit, there; world axes
+  Vec3f lit_normal = Vec3f::Zero();  // that by which light falls on it: with the grain of snow
   float depth = INFINITY;            // m to it; infinite: it met nothing
 };
 
@@ -64,6 +65,7 @@ class Film {
   std::size_t index(int x, int y) const { return static_cast<std::size_t>(y) * width_ + x; }
   std::vector<float> beauty() const;
   std::vector<float> layer(Layer layer) const;
+  std::vector<float> means(const std::vector<float>& sums) const;  // of the samples of each pixel
   std::vector<float> variances(const std::vector<float>& means, const std::vector<float>& squares) const;
 
   int width_ = 0, height_ = 0;
@@ -71,6 +73,7 @@ class Film {
   std::vector<double> beauty_, square_;  // 3 and 1 a pixel: light, and the square of its luminance
   std::vector<std::uint32_t> count_;
   std::vector<float> albedo_, normal_, depth_, sparkle_, subsurface_;  // sums; empty if not kept
+  std::vector<float> lit_normal_;                                      // sums, for the denoiser
   std::vector<float> matte_square_, albedo_square_;                    // of luminance; matte: without sparkle
   std::vector<std::uint32_t> met_;                                     // samples that met something
   std::vector<std::uint64_t> splats_;  // 3 a pixel, in units of 2^-32 after division by the number of pixels

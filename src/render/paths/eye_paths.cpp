@@ -185,6 +185,7 @@ void TilePaths::note_first(std::size_t ray, const Vertex& vertex) {
   path.seen.albedo = vertex.on_surface ? vertex.surface.albedo : Vec3f::Constant(kSnowAlbedo);
   path.seen.normal = vertex.on_surface ? vertex.surface.normal : vertex.back;
   if (path.seen.normal.dot(vertex.back) < 0) path.seen.normal = -path.seen.normal;
+  path.seen.lit_normal = path.seen.normal;
 }
 
 // The first rays know where they scattered in the snow; what the eye takes for its surface lies before.
@@ -206,6 +207,7 @@ void TilePaths::see_snow() {
     seen.depth = rays_.t(ray);
     seen.albedo = Vec3f::Constant(kSnowAlbedo);
     seen.normal = normal;
+    if (inside) seen.lit_normal = normal;
     if (view_.sparkle.any()) glint(ray, ball ? hit : view_.field.particle_near(p), normal);
   }
 }

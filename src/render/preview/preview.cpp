@@ -45,7 +45,7 @@ std::uint64_t PreviewTile::trace(const Tile& tile, Picture& picture, PreviewTime
   for (int pass = 0; pass <= kSpecular && rays_.size() > 0; ++pass) find(pass == 0);
   find_normals();
   find_grain();
-  note_first();
+  if (!picture.layers.empty()) note_first();
   times.primary += clock.lap();
   probe();
   prepare();
@@ -68,8 +68,9 @@ void PreviewTile::aim(const Tile& tile) {
   pixel_x_.clear(), pixel_y_.clear();
   for (int y = tile.y0; y < tile.y1; y += kBlock) {
     for (int x = tile.x0; x < tile.x1; x += kBlock) {
-      for (int k = 0; k < kBlock * kBlock; ++k) {  // of blocks of 4 x 4 in blocks of 8 x 8
-        const int px = x + (k >> 4 & 1) * 4 + (k & 3), py = y + (k >> 5) * 4 + (k >> 2 & 3);
+      for (int k = 0; k < kBlock * kBlock; ++k) {  // of blocks of 2 x 2 in blocks of 4 x 4 in blocks of 8 x 8
+        const int px = x + (k >> 4 & 1) * 4 + (k >> 2 & 1) * 2 + (k & 1);
+        const int py = y + (k >> 5) * 4 + (k >> 3 & 1) * 2 + (k >> 1 & 1);
         if (px < tile.x1 && py < tile.y1) pixel_x_.push_back(px), pixel_y_.push_back(py);
       }
     }
@@ -80,11 +81,7 @@ void PreviewTile::aim(const Tile& tile) {
   float* const directions[3] = {rays_.directions(0), rays_.directions(1), rays_.directions(2)};
   view_.shade.sights(view_.camera.pinhole(), pixel_x_.data(), pixel_y_.data(), 0, count, directions,
                      spread_.data());
-  pixels_.resize(count), sights_.resize(count);
-  for (std::size_t k = 0; k < count; ++k) {
-    pixels_[k] = {pixel_x_[k], pixel_y_[k], {}};
-    sights_[k] = {static_cast<std::uint32_t>(k), Vec3f::Ones(), spread_[k]};
-  }
+  pixels_.assign(count, {});
 }
 
 void PreviewTile::find(bool first) {
@@ -108,46 +105,52 @@ void PreviewTile::arrive(std::size_t ray, bool first) {
     glows = world.lights.hit(o, d, t, light) ||
             (met.object >= 0 && world.lights.object_hit(met.object, d, met, light));
   }
-  FilmSample& seen = pixels_[sights_[ray].pixel].seen;
+  const Sight sight =
+      first ? Sight{static_cast<std::uint32_t>(ray), Vec3f::Ones(), spread_[ray]} : sights_[ray];
+  FilmSample& seen = pixels_[sight.pixel];
   if (glows || (met.object < 0 && !snow)) {
     const Vec3f radiance = glows ? light.radiance : world.lights.background(d);
-    seen.beauty += sights_[ray].weight.cwiseProduct(radiance);
+    seen.beauty += sight.weight.cwiseProduct(radiance);
     return;
   }
-  Point point;
-  if (met.object >= 0) {
-    point.surface = world.objects.point(met);
-    point.p = rays_.at_hit(ray);
-    if (is_specular(point.surface)) {
-      go_on(ray, point.surface, point.p);
-      return;
-    }
-    if (point.surface.normal.dot(d) > 0) point.surface.normal = -point.surface.normal;
-    point.smooth = point.surface.normal;
-    point.back = -d;
-    point.lift = 4e-6f * std::max(point.p.cwiseAbs().maxCoeff(), t);
-  } else {
-    point.p = rays_.at_hit(ray);
-    point.back = -d;
-    point.sorted = rays_.hit(ray);
-  }
-  point.pixel = sights_[ray].pixel;
-  point.weight = sights_[ray].weight;
-  point.footprint = t * sights_[ray].spread;
   if (first) seen.depth = t;
-  points_.push_back(point);
+  const Vec3f p = rays_.at_hit(ray);
+  if (met.object < 0) {
+    add_point(sight, t, p, -d).sorted = rays_.hit(ray);
+    return;
+  }
+  SurfacePoint surface = world.objects.point(met);
+  if (is_specular(surface)) {
+    go_on(ray, sight, surface, p);
+    return;
+  }
+  if (surface.normal.dot(d) > 0) surface.normal = -surface.normal;
+  Point& point = add_point(sight, t, p, -d);
+  point.surface = surface;
+  point.smooth = surface.normal;
+  point.lift = 4e-6f * std::max(p.cwiseAbs().maxCoeff(), t);
+}
+
+PreviewTile::Point& PreviewTile::add_point(const Sight& sight, float t, const Vec3f& p, const Vec3f& back) {
+  Point& point = points_.emplace_back();
+  point.pixel = sight.pixel;
+  point.weight = sight.weight;
+  point.footprint = t * sight.spread;
+  point.p = p;
+  point.back = back;
+  return point;
 }
 
 // Mirrors reflect; glass lets through what it does not reflect wholly, and nothing shows as far as it is
 // reflected.
-void PreviewTile::go_on(std::size_t ray, const SurfacePoint& surface, const Vec3f& p) {
+void PreviewTile::go_on(std::size_t ray, const Sight& sight, const SurfacePoint& surface, const Vec3f& p) {
   Scattered scattered;
   constexpr float kThrough = 0.99999f;
   if (!scatter(surface, -rays_.direction(ray), kThrough, {0.5f, 0.5f}, Carries::radiance, scattered)) return;
   const bool ahead = surface.normal.dot(scattered.direction) > 0;
   const float off = 4e-6f * std::max(p.cwiseAbs().maxCoeff(), rays_.t(ray));
   next_rays_.push(p + (ahead ? off : -off) * surface.normal, scattered.direction, kInfinity);
-  next_sights_.push_back({sights_[ray].pixel, sights_[ray].weight.cwiseProduct(scattered.weight), 0});
+  next_sights_.push_back({sight.pixel, sight.weight.cwiseProduct(scattered.weight), 0});
 }
 
 // The particle and the smooth normal of each point of snow.
@@ -193,7 +196,6 @@ void PreviewTile::find_grain() {
     Point& point = points_[snow_[s]];
     const std::uint32_t particle = view_.grid.snapshot_index(point.sorted);
     point.object = view_.snapshot.object[particle];
-    point.placed = density_placed_[std::min<std::size_t>(point.object, density_placed_.size() - 1)];
     id_[s] = view_.snapshot.id[particle];
     local_.set(s, (point.p - view_.grid.center(point.sorted)) / spacing);
     back_.set(s, point.back);
@@ -211,7 +213,7 @@ void PreviewTile::find_grain() {
 void PreviewTile::note_first() {
   for (const Point& point : points_) {
     if (!(point.footprint > 0)) continue;
-    FilmSample& seen = pixels_[point.pixel].seen;
+    FilmSample& seen = pixels_[point.pixel];
     seen.normal = point.smooth;
     seen.albedo = point.surface.albedo;
   }
@@ -221,27 +223,28 @@ void PreviewTile::paint(Picture& picture) const {
   const auto put = [&](std::vector<float>& values, std::size_t at, const Vec3f& v) {
     for (int c = 0; c < 3; ++c) values[3 * at + c] = v[c];
   };
-  for (const Pixel& pixel : pixels_) {
-    const std::size_t at = static_cast<std::size_t>(pixel.y) * picture.width + pixel.x;
-    put(picture.rgb, at, pixel.seen.beauty);
+  for (std::size_t k = 0; k < pixels_.size(); ++k) {
+    const FilmSample& seen = pixels_[k];
+    const std::size_t at = static_cast<std::size_t>(pixel_y_[k]) * picture.width + pixel_x_[k];
+    put(picture.rgb, at, seen.beauty);
     for (LayerImage& layer : picture.layers) {
       switch (layer.layer) {
         case Layer::beauty:
           break;
         case Layer::albedo:
-          put(layer.values, at, pixel.seen.albedo);
+          put(layer.values, at, seen.albedo);
           break;
         case Layer::normal:
-          put(layer.values, at, pixel.seen.normal);
+          put(layer.values, at, seen.normal);
           break;
         case Layer::depth:
-          layer.values[at] = pixel.seen.depth;
+          layer.values[at] = seen.depth;
           break;
         case Layer::sparkle:
-          put(layer.values, at, pixel.seen.sparkle);
+          put(layer.values, at, seen.sparkle);
           break;
         case Layer::subsurface:
-          put(layer.values, at, pixel.seen.subsurface);
+          put(layer.values, at, seen.subsurface);
           break;
         case Layer::samples:
           layer.values[at] = 1;

@@ -36,10 +36,6 @@ class PreviewTile {
   std::uint64_t trace(const Tile& tile, Picture& picture, PreviewTimes& times);
 
  private:
-  struct Pixel {
-    int x, y;
-    FilmSample seen;
-  };
   struct Sight {  // a ray on its way
     std::uint32_t pixel;
     Vec3f weight;  // throughput
@@ -51,19 +47,25 @@ class PreviewTile {
     std::uint32_t object = 0;                // of snow
     Vec3f p, back, smooth;                   // m; unit, towards the eye; unit, outward
     Vec3f weight;
-    SurfacePoint surface;  // of snow, its normal has grain
-    float footprint = 0;   // m, of a pixel; 0: seen by way of a mirror
-    float placed = 0;      // kg/m^3, of the snow when it was placed
-    float lift = 0;        // m, that shadow rays start above the surface
-    float column = 0;      // kg/m^2, of the snow below
-    float opening = 1;     // how much of the sky is seen
-    float soft = 0;        // cosine over which light and shade meet
-    SnowLayer layer;
+    SurfacePoint surface;     // of snow, its normal has grain
+    float footprint = 0;      // m, of a pixel; 0: seen by way of a mirror
+    float lift = 0;           // m, that shadow rays start above the surface
+    std::uint32_t group = 0;  // of points
 
     bool snow() const { return sorted != kernels::kNoHit; }
   };
+  struct Group {  // of neighbouring points that see the same snow: those from `first` on
+    std::uint32_t first, size;
+    Vec3f p, normal;    // means
+    float placed;       // kg/m^3, of the snow when it was placed
+    float column = 0;   // kg/m^2, of the snow below
+    float opening = 1;  // how much of the sky is seen
+    float soft = 0;     // cosine over which light and shade meet
+    float lift = 0;     // m, as Point has it
+    SnowLayer layer;
+  };
   struct End {  // of a column
-    std::uint32_t point;
+    std::uint32_t group;
     float within, beyond;  // cells: the last probe that found snow, and the first that found none
     float counted;         // cells of snow that the column has by now
   };
@@ -77,12 +79,16 @@ class PreviewTile {
   void aim(const Tile& tile);
   void find(bool first);
   void arrive(std::size_t ray, bool first);
-  void go_on(std::size_t ray, const SurfacePoint& surface, const Vec3f& p);
+  Point& add_point(const Sight& sight, float t, const Vec3f& p, const Vec3f& back);
+  void go_on(std::size_t ray, const Sight& sight, const SurfacePoint& surface, const Vec3f& p);
   void find_normals();
   void find_grain();
   void note_first();
 
   void probe();
+  void group_points();
+  bool alike(const Point& point, const Point& other) const;
+  const Group& group_of(const Point& point) const { return groups_[point.group]; }
   void measure_columns();
   void find_ends();
   void measure_openings();
@@ -103,15 +109,16 @@ class PreviewTile {
   const bool bare_;                    // there is nothing but snow, suns and sky
   std::vector<float> density_placed_;  // kg/m^3, per object
   std::uint64_t rays_traced_ = 0;
-  std::vector<Pixel> pixels_;
+  std::vector<FilmSample> pixels_;
   std::vector<std::int32_t> pixel_x_, pixel_y_;
   std::vector<float> spread_;
   RayStream rays_, next_rays_, shadow_rays_;
   std::vector<Sight> sights_, next_sights_;
   std::vector<ObjectHit> objects_;  // per ray, what it meets before the snow
   std::vector<Point> points_;
-  std::vector<float> probe_from_[3], probe_down_[3], probe_up_[3], density_;
-  std::vector<std::uint32_t> open_;  // points whose columns go on
+  std::vector<float> probe_from_[3], probe_up_[3], probe_down_[3], density_;
+  std::vector<Group> groups_;
+  std::vector<std::uint32_t> open_;  // groups whose columns go on
   std::vector<End> ends_;
   std::vector<Brings> brings_;
   // Columns over the points of snow, or over those of them that may glint.

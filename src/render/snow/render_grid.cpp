@@ -260,12 +260,13 @@ std::uint64_t RenderGrid::cells_near_balls(std::size_t slot) const {
   return near;
 }
 
-// Cells that have no ball near are known to have an empty list.
-void RenderGrid::open_lists() {
+// Cells that have no ball near are known to have an empty list. later: that is told by
+// empty_unreached_lists().
+void RenderGrid::open_lists(bool later) {
   constexpr std::uint64_t kAll = ~std::uint64_t{0};
   list_.resize(brick_of_slot_.size() * kCellsPerBrick);
   const bool far = view_.max_radius * view_.inv_cell + kCellMargin >= 1;  // balls reach further
-  parallel_for(brick_of_slot_.size(), 64, [&](std::size_t slot) {
+  parallel_for(later ? 0 : brick_of_slot_.size(), 64, [&](std::size_t slot) {
     const std::uint64_t near = far || occupied_[slot] == kAll ? kAll : cells_near_balls(slot);
     for (int c = 0; c < kCellsPerBrick; ++c)
       list_[slot * kCellsPerBrick + c] = near >> c & 1 ? kernels::kUnlisted : 0;
@@ -346,7 +347,7 @@ void RenderGrid::build(const Snapshot& snapshot, const std::vector<SnowLook>& lo
   sort_bricks(snapshot);
   open_touched_bricks(fields ? std::max(view_.max_radius, kFieldReach * view_.cell) : view_.max_radius);
   measure_clearance(layout_.bricks, slot_);
-  open_lists();
+  open_lists(fields);
   list_strays();
 }
 

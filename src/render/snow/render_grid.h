@@ -61,6 +61,10 @@ class RenderGrid {
   double spacing() const { return layout_.spacing; }  // m, mean particle spacing
   Vec3f middle() const;  // m, render space: the mean place of particles, of about a thousand of them
   const std::vector<std::uint32_t>& brick_of_slot() const { return brick_of_slot_; }  // occupied bricks
+  // A bit for each cell of the brick that holds a particle.
+  std::uint64_t occupied(std::size_t slot) const { return occupied_[slot]; }
+  // All particles are of one volume and one object.
+  bool alike() const { return layout_.sizes.alike(); }
   std::size_t bytes() const;
 
   // Of a sorted index.
@@ -76,7 +80,7 @@ class RenderGrid {
   void sort_bricks(const Snapshot& snapshot);
   void open_touched_bricks(float reach);
   void open_room(std::size_t count);
-  void open_lists();
+  void open_lists(bool later);
   std::uint64_t cells_near_balls(std::size_t slot) const;
   void list_strays();
   std::size_t bricks_in_table() const {

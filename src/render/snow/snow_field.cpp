@@ -17,14 +17,7 @@ using kernels::kCellsPerBrick;
 using kernels::kFieldTile;
 
 constexpr float kLevel = 0.5f;
-// A particle whose place is filled less than this counts as much more as it lacks, up to a limit: snow that
-// is stretched to kCompany / kMostCompany of its density stays closed.
-constexpr float kCompany = 0.55f, kMostCompany = 6.0f;
-constexpr int kCompanyRounds = 3;
-// Spacings: the ball of a particle's own volume. A particle that is alone fills its place by kLone at most;
-// the ball shrinks as the others fill more of it, up to kCovered, where the surface takes over.
-constexpr float kLooseRadius = 0.62f, kLone = 0.11f, kCovered = 0.2f, kCoveredRadius = 0.1f;
-
+constexpr std::size_t kChunk = 8192;
 }  // namespace
 
 // Of each occupied brick the slots of the 27 bricks around it, -1 where none is occupied.
@@ -43,17 +36,17 @@ void SnowField::find_neighbours() {
   });
 }
 
-// Each brick whose particles add something gets a tile.
-void SnowField::splat_bricks(const std::vector<float>& amount) {
+// Each brick whose particles add something gets a tile. False: none does.
+bool SnowField::splat_bricks(const std::vector<float>& amount) {
   const kernels::TraceGrid& grid = grid_->view();
   const std::size_t slots = grid_->brick_of_slot().size();
   tile_at_.resize(slots);
   std::uint32_t tiles = 0;
   for (std::size_t slot = 0; slot < slots; ++slot) tile_at_[slot] = splats_[slot] ? tiles++ : kNone;
-  tile_.resize(static_cast<std::size_t>(tiles) * kFieldTile);
+  tile_.reserve_discarding(static_cast<std::size_t>(tiles) * kFieldTile);
   parallel_for(slots, 8, [&](std::size_t slot) {
     if (tile_at_[slot] == kNone) return;
-    float* tile = &tile_[static_cast<std::size_t>(tile_at_[slot]) * kFieldTile];
+    float* tile = tile_.data() + static_cast<std::size_t>(tile_at_[slot]) * kFieldTile;
     std::fill(tile, tile + kFieldTile, 0.f);
     int first[3];
     brick_place(grid, grid_->brick_of_slot()[slot], first);
@@ -61,39 +54,49 @@ void SnowField::splat_bricks(const std::vector<float>& amount) {
     kernels_.splat(grid, first, grid.cell_start[slot * kCellsPerBrick],
                    grid.cell_start[(slot + 1) * kCellsPerBrick], amount.data(), tile);
   });
+  return tiles > 0;
 }
 
-// Adds the tiles that reach each brick's corners to them, always in the same order.
-void SnowField::gather_corners(std::vector<float>& corners) const {
+// Adds the tiles that reach each brick's corners to them, always in the same order; then calls done(slot).
+template <class Done>
+void SnowField::gather_corners(std::vector<float>& corners, bool from_zero, Done&& done) {
   parallel_for(grid_->brick_of_slot().size(), 16, [&](std::size_t slot) {
     const float* tiles[27];
     bool any = false;
     for (int k = 0; k < 27; ++k) {
       const std::int32_t other = neighbours_[slot][k];
       const bool there = other >= 0 && tile_at_[other] != kNone;
-      tiles[k] = there ? &tile_[static_cast<std::size_t>(tile_at_[other]) * kFieldTile] : nullptr;
+      tiles[k] = there ? tile_.data() + static_cast<std::size_t>(tile_at_[other]) * kFieldTile : nullptr;
       any = any || there;
     }
-    if (any) kernels_.sum_tiles(tiles, &corners[slot * kBrickCorners]);
+    float* its = &corners[slot * kBrickCorners];
+    if (from_zero) std::fill(its, its + kBrickCorners, 0.f);
+    if (any) kernels_.sum_tiles(tiles, its);
+    if (any || from_zero) done(slot);
   });
 }
 
-void SnowField::splat(const std::vector<float>& amount, std::vector<float>& corners) {
+template <class Done>
+void SnowField::splat(const std::vector<float>& amount, std::vector<float>& corners, Done&& done) {
   const std::size_t slots = grid_->brick_of_slot().size();
   const std::uint32_t* start = grid_->view().cell_start;
   corners.resize(slots * kBrickCorners);
-  parallel_chunks(corners.size(), 1 << 16, [&](std::size_t, std::size_t begin, std::size_t end) {
-    std::fill(corners.data() + begin, corners.data() + end, 0.f);
-  });
   splats_.resize(slots);
   for (std::size_t slot = 0; slot < slots; ++slot)
     splats_[slot] = start[slot * kCellsPerBrick] < start[(slot + 1) * kCellsPerBrick];
   splat_bricks(amount);
-  gather_corners(corners);
+  gather_corners(corners, true, done);
+}
+
+// Adds to the fill what the bricks that splat say. False: nothing.
+bool SnowField::add_to_fill(const std::vector<float>& amount) {
+  if (!splat_bricks(amount)) return false;
+  gather_corners(fill_, false, [this](std::size_t slot) { note_span(slot); });
+  return true;
 }
 
 // Of all corners of a brick.
-SnowField::Span SnowField::fill_span(std::size_t slot) const {
+void SnowField::note_span(std::size_t slot) {
   constexpr int kSide = 8;  // minima side by side become registers
   const float* corner = &fill_[slot * kBrickCorners];
   float least[kSide], most[kSide];
@@ -107,95 +110,7 @@ SnowField::Span SnowField::fill_span(std::size_t slot) const {
   };
   for (int c = kSide; c + kSide <= kBrickCorners; c += kSide) see(corner + c);
   see(corner + kBrickCorners - kSide);
-  return {*std::min_element(least, least + kSide), *std::max_element(most, most + kSide)};
-}
-
-// Whether the fill is at least so much at the corners of all cells that hold particles.
-bool SnowField::filled(std::size_t slot, float enough) const {
-  return fill_span(slot).least >= enough || least_fill(slot) >= enough;
-}
-
-// Of the corners of those cells that hold particles.
-float SnowField::least_fill(std::size_t slot) const {
-  const std::uint32_t* start = &grid_->view().cell_start[slot * kCellsPerBrick];
-  float least = std::numeric_limits<float>::infinity();
-  for (int c = 0; c < kCellsPerBrick; ++c) {
-    if (start[c] == start[c + 1]) continue;
-    const float* corner = &fill_[slot * kBrickCorners + corner_index(c >> 4, c >> 2 & 3, c & 3)];
-    for (int k = 0; k < 8; ++k) least = std::min(least, corner[corner_index(k >> 2, k >> 1 & 1, k & 1)]);
-  }
-  return least;
-}
-
-void SnowField::fill_at_particles(std::size_t slot) {
-  const kernels::TraceGrid& grid = grid_->view();
-  const kernels::ProbeView at{{grid.x, grid.y, grid.z}, {grid.x, grid.y, grid.z}};
-  kernels_.probe(grid, fill_.data(), at, 0, grid.cell_start[slot * kCellsPerBrick],
-                 grid.cell_start[(slot + 1) * kCellsPerBrick], here_.data());
-}
-
-// Adds to the fill what particles with little company count for more. What one adds, its neighbours feel: a
-// few rounds bring most places to kCompany.
-void SnowField::add_company() {
-  const kernels::TraceGrid& grid = grid_->view();
-  const std::size_t slots = grid_->brick_of_slot().size();
-  counts_.resize(volume_.size());
-  more_.resize(volume_.size());
-  std::vector<std::uint8_t> done(slots, 0);  // what is filled stays so
-  for (int round = 0; round < kCompanyRounds; ++round) {
-    parallel_for(slots, 16, [&](std::size_t slot) {
-      splats_[slot] = 0;
-      done[slot] = done[slot] || filled(slot, kCompany);
-      if (done[slot]) return;
-      fill_at_particles(slot);
-      const std::uint32_t begin = grid.cell_start[slot * kCellsPerBrick],
-                          end = grid.cell_start[(slot + 1) * kCellsPerBrick];
-      if (round == 0) std::fill(counts_.data() + begin, counts_.data() + end, 1.f);
-      for (std::uint32_t s = begin; s < end; ++s) {
-        more_[s] = 0;
-        if (!(here_[s] < kCompany) || counts_[s] >= kMostCompany) continue;
-        const float wanted = std::min(counts_[s] * kCompany / std::max(here_[s], 1e-3f), kMostCompany);
-        more_[s] = volume_[s] * (wanted - counts_[s]);
-        counts_[s] = wanted;
-        splats_[slot] = 1;
-      }
-    });
-    splat_bricks(more_);
-    if (tile_.empty()) return;
-    gather_corners(fill_);
-  }
-}
-
-// The ball that each particle is beside the surface.
-void SnowField::find_loose(const Snapshot& snapshot) {
-  const std::uint32_t* start = grid_->view().cell_start;
-  radii_.resize(grid_->size());
-  const std::size_t slots = grid_->brick_of_slot().size();
-  const auto radius = [&](std::uint32_t s, float here) {
-    if (here >= kCovered) return;
-    const float part = std::max(here - kLone, 0.f) / (kCovered - kLone);
-    const float share = kLooseRadius + (kCoveredRadius - kLooseRadius) * part;
-    radii_[s] = share * static_cast<float>(portable_cbrt(snapshot.volume0[grid_->snapshot_index(s)]));
-  };
-  parallel_for(slots, 16, [&](std::size_t slot) {
-    const std::uint32_t begin = start[slot * kCellsPerBrick], end = start[(slot + 1) * kCellsPerBrick];
-    std::fill(radii_.data() + begin, radii_.data() + end, -1.f);
-    if (filled(slot, kCovered)) return;
-    fill_at_particles(slot);
-    for (std::uint32_t s = begin; s < end; ++s) radius(s, here_[s]);
-  });
-  const std::size_t strays = start[slots * kCellsPerBrick];
-  std::fill(radii_.begin() + static_cast<std::ptrdiff_t>(strays), radii_.end(), -1.f);
-  for (std::size_t s = strays; s < radii_.size(); ++s)
-    radius(static_cast<std::uint32_t>(s), fill(grid_->center(static_cast<std::uint32_t>(s))));
-}
-
-// By the corners of a cell.
-std::uint32_t SnowField::surface_kind(std::size_t slot, int c) const {
-  const float* corner = &fill_[slot * kBrickCorners + corner_index(c >> 4, c >> 2 & 3, c & 3)];
-  int in = 0;
-  for (int k = 0; k < 8; ++k) in += corner[corner_index(k >> 2, k >> 1 & 1, k & 1)] >= kLevel;
-  return in == 0 ? kernels::kOutside : in == 8 ? kernels::kInside : kernels::kCrossed;
+  spans_[slot] = {*std::min_element(least, least + kSide), *std::max_element(most, most + kSide)};
 }
 
 void SnowField::find_kinds() {
@@ -203,13 +118,15 @@ void SnowField::find_kinds() {
   kind_.resize(slots * 8);
   parallel_for(slots, 32, [&](std::size_t slot) {
     std::uint32_t* words = &kind_[slot * 8];
-    const Span span = fill_.empty() ? Span{} : fill_span(slot);
+    const Span span = fill_.empty() ? Span{} : spans_[slot];
     const bool crossed = span.least < kLevel && span.most >= kLevel;
     std::fill(words, words + 8, span.least >= kLevel ? kernels::kInside * 0x11111111u : 0);
+    const CellSpans cells = crossed ? cell_spans(slot) : CellSpans{};
     const std::uint32_t* list = &grid_->view().list[slot * kCellsPerBrick];
     for (int c = 0; c < kCellsPerBrick; ++c) {
-      const std::uint32_t kind =
-          (crossed ? surface_kind(slot, c) : 0u) | (list[c] != 0 ? std::uint32_t{kernels::kHasLoose} : 0u);
+      std::uint32_t kind = list[c] != 0 ? std::uint32_t{kernels::kHasLoose} : 0u;
+      if (crossed && cells.most[c] >= kLevel)
+        kind |= cells.least[c] >= kLevel ? kernels::kInside : kernels::kCrossed;
       words[c >> 3] |= kind << (4 * (c & 7));
     }
   });
@@ -229,36 +146,63 @@ void SnowField::close_bricks() {
   view_.slot = slot_.data();
 }
 
-// Of each particle volume and mass, over the room of a cell; density and extinction from them.
+// Of each particle volume and mass, over the room of a cell.
 void SnowField::weigh(const Snapshot& snapshot, const std::vector<SnowLook>& looks) {
   const double per_cell = std::pow(static_cast<double>(grid_->view().inv_cell), 3);
-  const SnowLook first = looks.empty() ? SnowLook{} : looks.front();
-  const auto each = [&](auto&& body) {
-    parallel_chunks(grid_->size(), 8192, [&](std::size_t, std::size_t begin, std::size_t end) {
-      for (std::size_t s = begin; s < end; ++s) {
-        const std::uint32_t i = grid_->snapshot_index(static_cast<std::uint32_t>(s));
-        const std::size_t object = snapshot.object[i];
-        body(s, i, looks.empty() ? first : looks[std::min(object, looks.size() - 1)]);
-      }
-    });
+  const auto look_of = [&](std::uint32_t i) {
+    return looks.empty() ? SnowLook{} : looks[std::min<std::size_t>(snapshot.object[i], looks.size() - 1)];
   };
+  const auto volume_of = [&](std::uint32_t i) { return static_cast<float>(snapshot.volume0[i] * per_cell); };
   volume_.resize(grid_->size()), mass_.resize(grid_->size());
-  here_.resize(grid_->size());
-  each([&](std::size_t s, std::uint32_t i, const SnowLook& look) {
-    volume_[s] = static_cast<float>(snapshot.volume0[i] * per_cell);
-    mass_[s] = static_cast<float>(volume_[s] * look.density);
+  parallel_chunks(grid_->size(), kChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+    if (grid_->alike()) {
+      std::fill(volume_.data() + begin, volume_.data() + end, volume_of(0));
+      std::fill(mass_.data() + begin, mass_.data() + end,
+                static_cast<float>(volume_of(0) * look_of(0).density));
+      return;
+    }
+    for (std::size_t s = begin; s < end; ++s) {
+      const std::uint32_t i = grid_->snapshot_index(static_cast<std::uint32_t>(s));
+      volume_[s] = volume_of(i);
+      mass_[s] = static_cast<float>(volume_[s] * look_of(i).density);
+    }
   });
-  splat(mass_, density_);
+}
+
+// Density and fill. Of snow that is all of one density as placed the fill is the density, but for a factor.
+void SnowField::splat_snow(const std::vector<SnowLook>& looks, bool smooth) {
+  const double density = looks.empty() ? SnowLook{}.density : looks.front().density;
+  const bool even =
+      std::all_of(looks.begin(), looks.end(), [&](const SnowLook& look) { return look.density == density; });
+  const std::size_t slots = grid_->brick_of_slot().size();
+  fill_.resize(smooth ? slots * kBrickCorners : 0);
+  spans_.resize(slots);
+  const float by_mass = static_cast<float>(1 / density);
+  splat(mass_, density_, [&](std::size_t slot) {
+    if (!smooth || !even) return;
+    for (std::size_t c = slot * kBrickCorners; c < (slot + 1) * kBrickCorners; ++c)
+      fill_[c] = density_[c] * by_mass;
+    note_span(slot);
+  });
+  if (smooth && !even) splat(volume_, fill_, [&](std::size_t slot) { note_span(slot); });
+}
+
+// Extinction, where objects differ in it.
+void SnowField::splat_optics(const Snapshot& snapshot, const std::vector<SnowLook>& looks) {
+  const SnowLook first = looks.empty() ? SnowLook{} : looks.front();
   const bool alike = std::all_of(looks.begin(), looks.end(),
                                  [&](const SnowLook& look) { return look.extinction == first.extinction; });
   sigma_.clear();
   extinction_ = alike ? static_cast<float>(first.extinction) : 1.f;
   if (alike) return;
   optical_.resize(grid_->size());
-  each([&](std::size_t s, std::uint32_t, const SnowLook& look) {
-    optical_[s] = mass_[s] * static_cast<float>(look.extinction);
+  parallel_chunks(grid_->size(), kChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t s = begin; s < end; ++s) {
+      const std::size_t object = snapshot.object[grid_->snapshot_index(static_cast<std::uint32_t>(s))];
+      optical_[s] = mass_[s] * static_cast<float>(looks[std::min(object, looks.size() - 1)].extinction);
+    }
   });
-  splat(optical_, sigma_);
+  splat(optical_, sigma_, [](std::size_t) {});
 }
 
 // The balls of loose particles, and company for the others.
@@ -266,7 +210,6 @@ void SnowField::close_surface(RenderGrid& grid, const Snapshot& snapshot) {
   find_loose(snapshot);
   grid.set_radii(radii_);
   add_company();
-  constexpr std::size_t kChunk = 8192;
   struct Sum {
     double mass = 0, optical = 0, room = 0;
   };
@@ -291,20 +234,10 @@ void SnowField::build(RenderGrid& grid, const Snapshot& snapshot, const std::vec
   grid_ = &grid;
   find_neighbours();
   weigh(snapshot, looks);
-  fill_.clear();
+  splat_snow(looks, shape == SnowShape::smooth);
+  splat_optics(snapshot, looks);
   ball_density_ = -1;
   if (shape == SnowShape::smooth) {
-    fill_.resize(density_.size());
-    const double density = looks.empty() ? SnowLook{}.density : looks.front().density;
-    // All of one density as placed: the fill is the density then, but for a factor.
-    if (std::all_of(looks.begin(), looks.end(), [&](const auto& look) { return look.density == density; })) {
-      const float by_mass = static_cast<float>(1 / density);
-      parallel_chunks(fill_.size(), 1 << 16, [&](std::size_t, std::size_t begin, std::size_t end) {
-        for (std::size_t c = begin; c < end; ++c) fill_[c] = density_[c] * by_mass;
-      });
-    } else {
-      splat(volume_, fill_);
-    }
     close_surface(grid, snapshot);
   } else {
     grid.empty_unreached_lists();
@@ -393,8 +326,8 @@ std::uint32_t SnowField::particle_near(const Vec3f& p) const {
 
 std::size_t SnowField::bytes() const {
   const auto of = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
-  return of(fill_) + of(density_) + of(kind_) + of(gradient_at_) + of(gradient_) + of(tile_) + of(tile_at_) +
-         of(slot_) + of(sigma_) + of(stray_extinction_) + of(cells_) + of(depth_);
+  return of(fill_) + of(density_) + of(kind_) + of(gradient_at_) + of(gradient_) + tile_.resident_bytes() +
+         of(tile_at_) + of(slot_) + of(sigma_) + of(stray_extinction_) + of(cells_) + of(depth_);
 }
 
 }  // namespace firn

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "kernels/shade/table.h"
+#include "src/core/aligned.h"
 #include "src/render/setup.h"
 #include "src/render/snow/render_grid.h"
 
@@ -96,21 +97,28 @@ class SnowField {
   struct Span {
     float least = 0, most = 0;
   };
+  struct CellSpans {  // of the corners of each cell of a brick
+    float least[kernels::kCellsPerBrick], most[kernels::kCellsPerBrick];
+  };
   bool find(const Vec3f& p, Place& place) const;
   float interpolate(const std::vector<float>& field, const Place& place) const;
   double mean_density(std::size_t cell) const;
   double enclosed_density(Place place, std::uint64_t in_balls) const;
-  void splat(const std::vector<float>& amount, std::vector<float>& corners);
-  void splat_bricks(const std::vector<float>& amount);
-  void gather_corners(std::vector<float>& corners) const;
+  template <class Done>
+  void splat(const std::vector<float>& amount, std::vector<float>& corners, Done&& done);
+  bool splat_bricks(const std::vector<float>& amount);
+  template <class Done>
+  void gather_corners(std::vector<float>& corners, bool from_zero, Done&& done);
+  bool add_to_fill(const std::vector<float>& amount);
   void weigh(const Snapshot& snapshot, const std::vector<SnowLook>& looks);
+  void splat_snow(const std::vector<SnowLook>& looks, bool smooth);
+  void splat_optics(const Snapshot& snapshot, const std::vector<SnowLook>& looks);
   void close_surface(RenderGrid& grid, const Snapshot& snapshot);
   void add_company();
   void find_loose(const Snapshot& snapshot);
-  Span fill_span(std::size_t slot) const;
+  void note_span(std::size_t slot);
+  CellSpans cell_spans(std::size_t slot) const;
   bool filled(std::size_t slot, float enough) const;
-  float least_fill(std::size_t slot) const;
-  std::uint32_t surface_kind(std::size_t slot, int c) const;
   void fill_at_particles(std::size_t slot);
   void find_kinds();
   void close_bricks();
@@ -136,7 +144,7 @@ class SnowField {
   std::vector<std::uint32_t> kind_;                       // per occupied brick eight words
   std::vector<std::uint32_t> gradient_at_;  // per occupied brick: its place in gradient_, or kNone
   std::vector<float> gradient_;             // 1/m, per brick that the surface crosses 3 x kBrickCorners
-  std::vector<float> tile_;                 // per brick that holds particles kFieldTile
+  AlignedArray<float> tile_;                // per brick that splats kFieldTile
   std::vector<std::uint32_t> tile_at_;      // per occupied brick: its place in tile_, or kNone
   // Of the building alone, by sorted index; kept, since fresh memory costs more than filling it.
   std::vector<float> volume_, mass_;  // m^3 and kg, over those of a cell
@@ -144,7 +152,9 @@ class SnowField {
   std::vector<float> radii_;          // m, of balls beside the surface; -1: the surface covers it
   std::vector<float> counts_, more_;  // for how many each counts in the fill; what a round adds
   std::vector<float> here_;           // fill
-  std::vector<std::uint8_t> splats_;  // per occupied brick: whether its particles add anything
+  std::vector<Span> spans_;           // of the fill, per occupied brick
+  // Per occupied brick: whether its particles add anything; whether none of them is loose.
+  std::vector<std::uint8_t> splats_, covered_;
   // The medium. Where objects differ in their extinction, that itself is a field.
   std::vector<float> sigma_;             // 1/m, as density_; or none
   float extinction_ = 0;                 // m^2/kg, of the density; 1 for sigma_

@@ -17,7 +17,7 @@ namespace firn {
 Vec3 layer_exponent(const SnowLook& look, IceSource ice);
 
 struct SnowLayer {
-  Vec3f reflected, passed;
+  Vec3f reflected = Vec3f::Zero(), passed = Vec3f::Zero();
 };
 SnowLayer snow_layer(const SnowLook& look, IceSource ice, double transport_depth);
 

@@ -19,23 +19,15 @@ using kernels::kFieldTileSide;
 float slope(const float* v, int step) { return v[step] - v[-step]; }
 float smooth(const float* v, int step) { return v[-step] + 2 * v[0] + v[step]; }
 
-// Central differences, smoothed across (Sobel), of a tile's values, times 32 cells: first along z for all
-// rows, then along y, then along x, in rows that the compiler turns into vectors.
+// Central differences, smoothed across (Sobel), of a tile's values, times 32 cells: first along z, then along
+// y, then along x. The tile goes through as one row, which the compiler turns into vectors; what runs over
+// the ends of its own rows is not used.
 void sobel(const float* tile, float scale, float* out) {
   constexpr int kRow = kFieldTileRow, kPlane = kFieldTileSide * kRow;
-  float sz[kFieldTile], dz[kFieldTile], ss[kFieldTile], ds[kFieldTile], sd[kFieldTile];
-  for (int row = 0; row < kFieldTile; row += kRow) {
-    for (int z = 1; z <= kCornerSide; ++z)
-      sz[row + z] = smooth(tile + row + z, 1), dz[row + z] = slope(tile + row + z, 1);
-  }
-  for (int x = 0; x < kFieldTileSide; ++x) {
-    for (int y = 1; y <= kCornerSide; ++y) {
-      for (int z = 1; z <= kCornerSide; ++z) {
-        const int i = x * kPlane + y * kRow + z;
-        ss[i] = smooth(sz + i, kRow), ds[i] = slope(sz + i, kRow), sd[i] = smooth(dz + i, kRow);
-      }
-    }
-  }
+  float sz[kFieldTile] = {}, dz[kFieldTile] = {}, ss[kFieldTile], ds[kFieldTile], sd[kFieldTile];
+  for (int i = 1; i < kFieldTile - 1; ++i) sz[i] = smooth(tile + i, 1), dz[i] = slope(tile + i, 1);
+  for (int i = kRow; i < kFieldTile - kRow; ++i)
+    ss[i] = smooth(sz + i, kRow), ds[i] = slope(sz + i, kRow), sd[i] = smooth(dz + i, kRow);
   for (int x = 0; x < kCornerSide; ++x) {
     for (int y = 0; y < kCornerSide; ++y) {
       for (int z = 0; z < kCornerSide; ++z, out += 3) {
@@ -52,23 +44,22 @@ void sobel(const float* tile, float scale, float* out) {
 
 // Corners -1 to 5 of a brick, from the bricks that hold them; 0 where none is.
 void SnowField::fill_around(std::size_t slot, float* tile) const {
-  std::fill(tile, tile + kFieldTile, 0.f);
-  for (int k = 0; k < 27; ++k) {
-    const std::size_t other = around(slot, k);
-    if (other == SIZE_MAX) continue;
-    const int step[3] = {k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1};
-    int low[3], high[3];  // of the corners taken from there
-    for (int a = 0; a < 3; ++a) {
-      low[a] = step[a] < 0 ? -1 : step[a] > 0 ? kBrickCells + 1 : 0;
-      high[a] = step[a] < 0 ? -1 : step[a] > 0 ? kBrickCells + 1 : kBrickCells;
-    }
-    const float* from = &fill_[other * kBrickCorners];
-    for (int x = low[0]; x <= high[0]; ++x) {
-      for (int y = low[1]; y <= high[1]; ++y) {
-        for (int z = low[2]; z <= high[2]; ++z)
-          tile[field_tile_index(x, y, z)] = from[corner_index(
-              x - kBrickCells * step[0], y - kBrickCells * step[1], z - kBrickCells * step[2])];
+  const auto step_of = [](int at) { return at < 0 ? 0 : at > kBrickCells ? 2 : 1; };
+  const auto row_of = [&](int step, int at) { return at - kBrickCells * (step - 1); };
+  for (int x = -1; x <= kCornerSide; ++x) {
+    for (int y = -1; y <= kCornerSide; ++y) {
+      const int i = step_of(x), j = step_of(y);
+      const float* row[3] = {};  // along z, of the bricks below, here and above
+      for (int k = 0; k < 3; ++k) {
+        const std::size_t other = around(slot, 9 * i + 3 * j + k);
+        if (other != SIZE_MAX)
+          row[k] = &fill_[other * kBrickCorners + corner_index(row_of(i, x), row_of(j, y), 0)];
       }
+      float* to = tile + field_tile_index(x, y, -1);
+      to[0] = row[0] ? row[0][kBrickCells - 1] : 0;
+      for (int z = 0; z < kCornerSide; ++z) to[1 + z] = row[1] ? row[1][z] : 0;
+      to[1 + kCornerSide] = row[2] ? row[2][1] : 0;
+      to[2 + kCornerSide] = 0;
     }
   }
 }
