@@ -12,21 +12,29 @@ using namespace firn::test;
 
 TEST_CASE("pictures that stop at a noise are as bright as those that take all samples", "[light]") {
   constexpr int kSeeds = 8;
-  for (auto& [name, setup, snapshot] : small_scenes(32)) {
-    setup.image.samples = 256;
-    double sum = 0, squares = 0, samples = 0;
-    for (int seed = 0; seed < kSeeds; ++seed) {
-      setup.seed = 500 + static_cast<std::uint64_t>(seed);
+  struct Seen {
+    double apart = 0, samples = 0;
+  };
+  for (auto& [name, scene, snapshot] : small_scenes(32)) {
+    const auto pictures = side_by_side(kSeeds, [&, &scene = scene, &snapshot = snapshot](std::size_t seed) {
+      RenderSetup setup = scene;
+      setup.image.samples = 256;
+      setup.seed = 500 + seed;
       setup.image.noise = 0;
       setup.layers = {};
       const double full = luminance_of(mean(render(snapshot, setup)));
       setup.image.noise = 0.05;
       setup.layers = {Layer::samples};
       const Picture adaptive = render(snapshot, setup);
-      const double apart = luminance_of(mean(adaptive)) / full - 1;
-      sum += apart;
-      squares += apart * apart;
-      for (const float count : adaptive.layers[0].values) samples += count / (32. * 32 * kSeeds);
+      Seen seen{luminance_of(mean(adaptive)) / full - 1, 0};
+      for (const float count : adaptive.layers[0].values) seen.samples += count / (32. * 32);
+      return seen;
+    });
+    double sum = 0, squares = 0, samples = 0;
+    for (const Seen& seen : pictures) {
+      sum += seen.apart;
+      squares += seen.apart * seen.apart;
+      samples += seen.samples / kSeeds;
     }
     const double bias = sum / kSeeds, error = std::sqrt((squares / kSeeds - bias * bias) / (kSeeds - 1));
     INFO(name << ": " << bias << " +- " << error << " with " << samples << " samples a pixel");

@@ -25,16 +25,22 @@ Blocks measure(RenderSetup setup, const Snapshot& snapshot, Integrator integrato
   setup.image.integrator = integrator;
   setup.image.samples = samples;
   setup.image.width = setup.image.height = kSize;
-  const int across = kSize / kBlock, count = seeds();
-  std::vector<double> sum(across * across), squares(across * across);
-  for (int seed = 0; seed < count; ++seed) {
-    setup.seed = 1000 * (static_cast<std::uint64_t>(integrator) + 1) + static_cast<std::uint64_t>(seed);
-    const Picture picture = render(snapshot, setup);
-    std::vector<double> block(across * across);
+  constexpr int kAcross = kSize / kBlock;
+  const int count = seeds();
+  // A picture's blocks.
+  const auto pictures = side_by_side(static_cast<std::size_t>(count), [&](std::size_t seed) {
+    RenderSetup its = setup;
+    its.seed = 1000 * (static_cast<std::uint64_t>(integrator) + 1) + seed;
+    const Picture picture = render(snapshot, its);
+    std::vector<double> block(kAcross * kAcross);
     for (int y = 0; y < kSize; ++y) {
       for (int x = 0; x < kSize; ++x)
-        block[y / kBlock * across + x / kBlock] += picture.pixel(x, y)[1] / (kBlock * kBlock);
+        block[y / kBlock * kAcross + x / kBlock] += picture.pixel(x, y)[1] / (kBlock * kBlock);
     }
+    return block;
+  });
+  std::vector<double> sum(kAcross * kAcross), squares(kAcross * kAcross);
+  for (const std::vector<double>& block : pictures) {
     for (std::size_t k = 0; k < block.size(); ++k) sum[k] += block[k], squares[k] += block[k] * block[k];
   }
   Blocks blocks;

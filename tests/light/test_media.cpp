@@ -4,6 +4,7 @@
 // under light from the other side.
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -75,42 +76,53 @@ constexpr int kSide = 16;
 constexpr int kSlabSamples = 24;  // a pixel: 6144 paths a number
 
 // For figures as many samples as it takes for an error of half a percent or 1e-4, reckoned from the first
-// ones.
+// ones, but 16 times as many at most.
 template <class Measure>
-Estimate fine(double expected, const Measure& measure) {
-  const Estimate first = measure(kSlabSamples);
+Estimate fine(int samples, double expected, const Measure& measure) {
+  const Estimate first = measure(samples);
   if (!makes_figures()) return first;
   const double more = std::pow(first.error / std::max(0.005 * expected, 1e-4), 2);
-  return more > 1 ? measure(static_cast<int>(kSlabSamples * std::min(1.1 * more + 0.1, 8.0))) : first;
+  return more > 1 ? measure(static_cast<int>(samples * std::min(1.1 * more + 0.1, 16.0))) : first;
 }
 
 }  // namespace
 
 TEST_CASE("slabs reflect and let through what adding-doubling says", "[light][figure]") {
-  Curve curve("light_slab", "series,a,g,tau,expected,measured,error");
-  Scores scores;
+  struct Asked {
+    std::string name, row;
+    double a, g, tau, expected;
+    std::function<Estimate(int samples)> measure;
+  };
+  std::vector<Asked> asked;
   for (auto& row : reference_table("slab_rt_matched")) {
-    const Medium medium = slab(number(row["a"]), number(row["g"]), number(row["tau"]));
-    const auto check = [&](const std::string& name, const auto& measure) {
-      const double expected = number(row[name]);
-      const Estimate seen = fine(expected, measure);
-      INFO("a " << row["a"] << " g " << row["g"] << " tau " << row["tau"] << " " << name << ": " << seen.mean
-                << " +- " << seen.error << ", expected " << expected);
-      // Light that one path in a hundred thousand brings has no error bar of its own.
-      CHECK(std::fabs(seen.mean - expected) < 4.5 * std::max(seen.error, 1e-4));
-      if (seen.error > 1e-4) scores.add(seen.mean, expected, seen.error);
-      curve.add(name,
-                {number(row["a"]), number(row["g"]), number(row["tau"]), expected, seen.mean, seen.error});
+    const double a = number(row["a"]), g = number(row["g"]), tau = number(row["tau"]);
+    const Medium medium = slab(a, g, tau);
+    const auto ask = [&](const std::string& name, const auto& measure) {
+      asked.push_back({name, "a " + row["a"] + " g " + row["g"] + " tau " + row["tau"], a, g, tau,
+                       number(row[name]), measure});
     };
     const bool ends = row["tau"] != "inf";
     for (const bool steep : {true, false}) {
       const double mu = steep ? 1 : 0.5;
       const std::string tail = steep ? "mu0_1" : "mu0_05";
-      check("R_" + tail, [&](int samples) { return reflected(medium, mu, kSide, samples); });
-      if (ends) check("T_" + tail, [&](int samples) { return transmitted(medium, mu, kSide, samples); });
+      ask("R_" + tail, [=](int samples) { return reflected(medium, mu, kSide, samples); });
+      if (ends) ask("T_" + tail, [=](int samples) { return transmitted(medium, mu, kSide, samples); });
     }
-    check("R_diffuse", [&](int samples) { return reflected_diffuse(medium, kSide, samples); });
-    if (ends) check("T_diffuse", [&](int samples) { return transmitted_diffuse(medium, kSide, samples); });
+    ask("R_diffuse", [=](int samples) { return reflected_diffuse(medium, kSide, samples); });
+    if (ends) ask("T_diffuse", [=](int samples) { return transmitted_diffuse(medium, kSide, samples); });
+  }
+  const auto all = side_by_side(
+      asked.size(), [&](std::size_t k) { return fine(kSlabSamples, asked[k].expected, asked[k].measure); });
+  Curve curve("light_slab", "series,a,g,tau,expected,measured,error");
+  Scores scores;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const auto& [name, row, a, g, tau, expected, measure] = asked[k];
+    const Estimate& seen = all[k];
+    INFO(row << " " << name << ": " << seen.mean << " +- " << seen.error << ", expected " << expected);
+    // Light that one path in a hundred thousand brings has no error bar of its own.
+    CHECK(std::fabs(seen.mean - expected) < 4.5 * std::max(seen.error, 1e-4));
+    if (seen.error > 1e-4) scores.add(seen.mean, expected, seen.error);
+    curve.add(name, {a, g, tau, expected, seen.mean, seen.error});
   }
   require_unbiased(scores);
 }
@@ -118,67 +130,91 @@ TEST_CASE("slabs reflect and let through what adding-doubling says", "[light][fi
 TEST_CASE("a half space of isotropic scatterers shines as Chandrasekhar's H functions", "[light][figure]") {
   // Albedo of the plane, as its radiance under uniform light; and the radiance at mu under a beam from mu0 =
   // 0.7: L = a / (4 pi) mu0 / (mu + mu0) H(mu) H(mu0) for a beam of unit irradiance across itself.
-  std::map<std::string, std::map<std::string, double>> h;
-  Curve albedo("light_plane_albedo", "series,mu,expected,measured,error"),
-      radiance("light_half_space", "series,mu,expected,measured,error");
-  const int finer = makes_figures() ? 2 : 1;
-  Scores scores;
+  struct Asked {
+    std::string a;
+    double mu, plane_albedo, radiance;
+  };
+  std::vector<Asked> asked;
+  std::map<std::string, double> h_of_beam;  // H(mu0)
+  for (auto& row : reference_table("hfunction_isotropic"))
+    if (row["mu"] == "0.7") h_of_beam[row["a"]] = number(row["H"]);
   for (auto& row : reference_table("hfunction_isotropic")) {
     if (row["mu"] == "diffuse") continue;
-    h[row["a"]][row["mu"]] = number(row["H"]);
-    // Nearer to 1 walks are longer, up to 1000 collisions in the mean, and have less to tell.
-    const Estimate seen = reflected(slab(number(row["a"]), 0, INFINITY), number(row["mu"]), kSide,
-                                    finer * (number(row["a"]) > 0.995 ? 4 : 16));
-    INFO("a " << row["a"] << " mu " << row["mu"] << ": " << seen.mean << " +- " << seen.error);
-    scores.add(seen.mean, number(row["plane_albedo"]), seen.error);
-    albedo.add("a = " + row["a"], {number(row["mu"]), number(row["plane_albedo"]), seen.mean, seen.error});
+    const double a = number(row["a"]), mu = number(row["mu"]);
+    const double beam = a / (4 * kPi) * 0.7 / (mu + 0.7) * number(row["H"]) * h_of_beam[row["a"]];
+    asked.push_back({row["a"], mu, number(row["plane_albedo"]), beam});
   }
-  for (auto& [a, of] : h) {
-    RenderSetup setup = slab_setup(slab(number(a), 0, INFINITY));
+  // Nearer to 1 walks are longer, up to 1000 collisions in the mean, and have less to tell.
+  const auto samples = [&asked](std::size_t k, int few) { return number(asked[k].a) > 0.995 ? 4 : few; };
+  const auto planes = side_by_side(asked.size(), [&](std::size_t k) {
+    const Medium medium = slab(number(asked[k].a), 0, INFINITY);
+    return fine(samples(k, 16), asked[k].plane_albedo,
+                [&](int its) { return reflected(medium, asked[k].mu, kSide, its); });
+  });
+  const auto radiances = side_by_side(asked.size(), [&](std::size_t k) {
+    RenderSetup setup = slab_setup(slab(number(asked[k].a), 0, INFINITY));
     setup.lights = {SunLight{Vec3(-std::sqrt(1 - 0.49), 0.7, 0), 0.01, Vec3f::Ones()}};
-    for (auto& [mu, value] : of) {
-      const double m = number(mu);
-      const Estimate seen = radiance_along(setup, {}, Vec3(0, m, std::sqrt(1 - m * m)), Vec3::Zero(), kSide,
-                                           finer * (number(a) > 0.995 ? 4 : 32));
-      const double expected = number(a) / (4 * kPi) * 0.7 / (m + 0.7) * value * of["0.7"];
-      INFO("a " << a << " mu " << mu << ": " << seen.mean << " +- " << seen.error << ", expected "
+    const double mu = asked[k].mu;
+    const Vec3 from(0, mu, std::sqrt(1 - mu * mu));
+    return fine(samples(k, 32), asked[k].radiance,
+                [&](int its) { return radiance_along(setup, {}, from, Vec3::Zero(), kSide, its); });
+  });
+  Curve albedo("light_plane_albedo", "series,mu,expected,measured,error"),
+      radiance("light_half_space", "series,mu,expected,measured,error");
+  Scores scores;
+  for (std::size_t k = 0; k < asked.size(); ++k) {
+    const Asked& its = asked[k];
+    const auto check = [&](const Estimate& seen, double expected, Curve& curve) {
+      INFO("a " << its.a << " mu " << its.mu << ": " << seen.mean << " +- " << seen.error << ", expected "
                 << expected);
       CHECK(std::fabs(seen.mean - expected) < 4.5 * seen.error);
       scores.add(seen.mean, expected, seen.error);
-      radiance.add("a = " + a, {m, expected, seen.mean, seen.error});
-    }
+      curve.add("a = " + its.a, {its.mu, expected, seen.mean, seen.error});
+    };
+    check(planes[k], its.plane_albedo, albedo);
+    check(radiances[k], its.radiance, radiance);
   }
   require_unbiased(scores);
 }
 
 TEST_CASE("in a white furnace a medium that absorbs nothing cannot be seen", "[light][figure]") {
+  struct Asked {
+    Integrator integrator;
+    double sigma, g;
+  };
+  std::vector<Asked> asked;
+  for (const Integrator integrator : {Integrator::path, Integrator::bidirectional}) {
+    for (const double sigma : {0.5, 10.0, 200.0}) {
+      for (const double g : {-0.5, 0.0, 0.9}) asked.push_back({integrator, sigma, g});
+    }
+  }
+  const auto ball = [&](std::size_t k, double absorbed, int samples) {
+    Medium medium;
+    medium.shape.form = Ball{0.2};
+    medium.sigma_s = Vec3f::Constant(static_cast<float>(asked[k].sigma));
+    medium.sigma_a = Vec3f::Constant(static_cast<float>(absorbed * asked[k].sigma));
+    medium.g = static_cast<float>(asked[k].g);
+    const RenderSetup setup = slab_setup(medium, asked[k].integrator);
+    return radiance_along(setup, {}, Vec3(0.05, 0.1, 1), Vec3(0.05, 0, 0), kSide, samples);
+  };
+  const auto white =
+      side_by_side(asked.size(), [&](std::size_t k) { return ball(k, 0, makes_figures() ? 256 : 64); });
+  const auto grey = side_by_side(asked.size(), [&](std::size_t k) { return ball(k, 0.1, 64); });
   Curve curve("light_furnace", "series,sigma,expected,measured,error");
   Scores scores;
   double sum = 0, squares = 0;
-  const int samples = makes_figures() ? 256 : 64;
-  for (const Integrator integrator : {Integrator::path, Integrator::bidirectional}) {
-    for (const double sigma : {0.5, 10.0, 200.0}) {
-      for (const double g : {-0.5, 0.0, 0.9}) {
-        Medium medium;
-        medium.shape.form = Ball{0.2};
-        medium.sigma_s = Vec3f::Constant(static_cast<float>(sigma));
-        medium.g = static_cast<float>(g);
-        RenderSetup setup = slab_setup(medium, integrator);
-        const Estimate seen = radiance_along(setup, {}, Vec3(0.05, 0.1, 1), Vec3(0.05, 0, 0), kSide, samples);
-        INFO("sigma " << sigma << " g " << g << ": " << seen.mean << " +- " << seen.error);
-        CHECK(std::fabs(seen.mean - 1) <= std::max(3.5 * seen.error, 1e-4));
-        CHECK(seen.error < 6e-3);
-        scores.add(seen.mean, 1, std::max(seen.error, 1e-6));
-        sum += seen.mean, squares += seen.error * seen.error;
-        curve.add(std::string(integrator == Integrator::path ? "path" : "both ends") + ", g " +
-                      (g < 0   ? "-0.5"
-                       : g > 0 ? "0.9"
-                               : "0"),
-                  {sigma, 1, seen.mean, seen.error});
-        setup.media[0].sigma_a = Vec3f::Constant(0.1f * static_cast<float>(sigma));
-        CHECK(radiance_along(setup, {}, Vec3(0.05, 0.1, 1), Vec3(0.05, 0, 0), kSide, 64).mean < 0.99);
-      }
-    }
+  for (std::size_t k = 0; k < asked.size(); ++k) {
+    const auto& [integrator, sigma, g] = asked[k];
+    const Estimate& seen = white[k];
+    INFO("sigma " << sigma << " g " << g << ": " << seen.mean << " +- " << seen.error);
+    CHECK(std::fabs(seen.mean - 1) <= std::max(3.5 * seen.error, 1e-4));
+    CHECK(seen.error < 6e-3);
+    CHECK(grey[k].mean < 0.99);
+    scores.add(seen.mean, 1, std::max(seen.error, 1e-6));
+    sum += seen.mean, squares += seen.error * seen.error;
+    const char* part = g < 0 ? "-0.5" : g > 0 ? "0.9" : "0";
+    curve.add(std::string(integrator == Integrator::path ? "path" : "both ends") + ", g " + part,
+              {sigma, 1, seen.mean, seen.error});
   }
   const double count = static_cast<double>(scores.size());
   CHECK(std::fabs(sum / count - 1) < std::max(1e-3, 3 * std::sqrt(squares) / count));

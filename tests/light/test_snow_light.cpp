@@ -31,11 +31,11 @@ struct Colour {
 };
 Colour middle(RenderSetup setup, int seeds, Layer layer = Layer::beauty) {
   if (layer != Layer::beauty) setup.layers = {layer};
-  Vec3 sum = Vec3::Zero(), squares = Vec3::Zero();
   const Snapshot snow = ball();
-  for (int seed = 0; seed < seeds; ++seed) {
-    setup.seed = 100 + static_cast<std::uint64_t>(seed);
-    const Picture picture = render(snow, setup);
+  const auto pictures = side_by_side(static_cast<std::size_t>(seeds), [&](std::size_t seed) -> Vec3 {
+    RenderSetup its = setup;
+    its.seed = 100 + seed;
+    const Picture picture = render(snow, its);
     const std::vector<float>& values = layer == Layer::beauty ? picture.rgb : picture.layers[0].values;
     Vec3 seen = Vec3::Zero();
     for (int y = 6; y < 18; ++y) {
@@ -43,9 +43,10 @@ Colour middle(RenderSetup setup, int seeds, Layer layer = Layer::beauty) {
         for (int c = 0; c < 3; ++c) seen[c] += values[static_cast<std::size_t>(3 * (24 * y + x) + c)] / 144.0;
       }
     }
-    sum += seen;
-    squares += seen.cwiseProduct(seen);
-  }
+    return seen;
+  });
+  Vec3 sum = Vec3::Zero(), squares = Vec3::Zero();
+  for (const Vec3& seen : pictures) sum += seen, squares += seen.cwiseProduct(seen);
   const Vec3 mean = sum / seeds;
   return {mean, ((squares / seeds - mean.cwiseProduct(mean)).cwiseMax(0.0) / (seeds - 1)).cwiseSqrt()};
 }

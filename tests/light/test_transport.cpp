@@ -131,6 +131,32 @@ TEST_CASE("a mirror shows lamps and the sun") {
   for (const float value : render(Snapshot{}, setup).rgb) REQUIRE(value == Approx(3));
 }
 
+TEST_CASE("sun that a mirror throws on a matt floor is in `reference` and bidirectional, and not in `path`") {
+  // A wall that mirrors, and a sun of 10 degrees at 45 over the floor before it, which it lights twice.
+  RenderSetup setup = empty_setup(Vec3(0.3, 0.6, 0.2), Vec3(0.1, 0, 0), 10, 16, 1024, 1);
+  add_object(setup, floor_plane(0), add_surface(setup, SurfaceKind::diffuse, 0.5f));
+  Shape wall;
+  wall.form = Box{Vec3(0.05, 0.5, 0.5)};
+  wall.pose.translation = Vec3(-0.25, 0.5, 0);
+  add_object(setup, wall, add_surface(setup, SurfaceKind::mirror, 0.9f));
+  setup.lights.push_back(SunLight{Vec3(1, 1, 0), 10, Vec3f::Constant(2)});
+  setup.image.light_bounces = 2;
+  const double once = 0.5 / kPi * 2 * std::sqrt(0.5);
+  const auto check = [&](Integrator integrator, bool reference, double times) {
+    setup.image.integrator = integrator;
+    setup.image.reference = reference;
+    const Estimate seen = channel_of(render(Snapshot{}, setup), 1);
+    INFO(name_of(integrator) << ", reference " << reference << ": " << seen.mean / once << " +- "
+                             << seen.error / once << " times the sun, expected " << times);
+    CHECK(std::fabs(seen.mean - times * once) < 4.5 * seen.error);
+    CHECK(seen.error < 0.02 * once);
+  };
+  check(Integrator::path, false, 1);
+  check(Integrator::path, true, 1.9);
+  check(Integrator::bidirectional, false, 1.9);
+  check(Integrator::bidirectional, true, 1.9);
+}
+
 TEST_CASE("the edge of a shadow is as soft as the sun is wide") {
   // A wall's top edge at (0, 1): the sun, 5 degrees in radius, stands at 45 degrees behind it.
   RenderSetup setup = grey_floor();
