@@ -30,10 +30,10 @@ def against_law(plot, table, x, at=lambda value: value, scale=lambda value: valu
     return plot
 
 
-def scores(table):
-    """Distances from expectation in standard errors, of those that have one."""
+def scores(table, least=1e-7):
+    """Distances from expectation in standard errors, of those that have one: more than `least`."""
     rows = [row for of in table.values() for row in zip(of["measured"], of["expected"], of["error"])]
-    return [(measured - expected) / error for measured, expected, error in rows if error > 1e-7]
+    return [(measured - expected) / error for measured, expected, error in rows if error > least]
 
 
 def summary(name, z):
@@ -82,9 +82,11 @@ def snow_albedo(table, model, title):
 
 
 def bed(table):
-    plot = Plot("A bed of particles in `reference`, lit from above (1) and at 60\N{DEGREE SIGN} (0.5): red, green, blue", "grain (\N{MICRO SIGN}m)",
-                "reflectance")
-    return against_law(plot, {name: of for name, of in table.items() if "P16" in name}, "grain_um")
+    labels = {f"{channel} P16 {mu}": f"{colour}, lit {whence}"
+              for mu, whence in (("1", "from above"), ("0.5", "at 60\N{DEGREE SIGN}"))
+              for channel, colour in (("R", "red"), ("G", "green"), ("B", "blue"))}
+    return against_law(Plot("A bed of particles in `reference`, Picard", "grain (\N{MICRO SIGN}m)", "reflectance"),
+                       {labels[name]: of for name, of in table.items() if name in labels}, "grain_um")
 
 
 def way(table):
@@ -156,11 +158,14 @@ def equal_time(table, scene, title):
     return plot
 
 
+# Light that one path in a hundred thousand brings has no error bar of its own: as the test has it.
+LEAST_ERROR = {"slab": 1e-4}
+
 # The curve of each figure, and how it is drawn.
 FIGURES = {
     "slab_reflects": ("slab", lambda of: slabs(of, "R_mu0_1", "Slabs of g = 0.75 lit from above: reflectance")),
     "slab_passes": ("slab", lambda of: slabs(of, "T_mu0_1", "Slabs of g = 0.75 lit from above: transmittance")),
-    "slab_scores": ("slab", lambda of: histogram("Slabs: all reflectances and transmittances", scores(of))),
+    "slab_scores": ("slab", lambda of: histogram("Slabs: all reflectances and transmittances", scores(of, LEAST_ERROR["slab"]))),
     "half_space": ("half_space", half_space),
     "snow_natural": ("albedo", lambda of: snow_albedo(of, "B1.6_g0.845", "Deep snow of natural grains")),
     "snow_spheres": ("albedo", lambda of: snow_albedo(of, "mie_sphere", "Deep snow of spheres")),
@@ -190,7 +195,7 @@ def main(folder):
         equal_time(timed, scene, title).save(OUT / f"time_{scene}.svg")
     for name, table in curves.items():
         if table and "error" in next(iter(table.values())):
-            summary(name, scores(table))
+            summary(name, scores(table, LEAST_ERROR.get(name, 1e-7)))
     print(f"{OUT.relative_to(ROOT)}: {len(list(OUT.glob('*.svg')))} figures")
 
 
