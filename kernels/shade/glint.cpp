@@ -225,17 +225,20 @@ class SharedCells {
     return (HalfLongs)(bits >> 11) >= static_cast<std::int64_t>(until * 0x1p53);
   }
 
-  // bits: of `count` cells, whose places begin at k.
+  // bits: of `count` cells, whose places begin at k. No branch: which cells wait cannot be foretold, and
+  // hashes are long in coming.
   FIRN_INLINE void note_cells(Longs bits, int k, int count) {
-    int some = long_lane_bits(has_more(bits, facets_.none) & (long_lane_numbers() < count));
+    const int some = long_lane_bits(has_more(bits, facets_.none) & (long_lane_numbers() < count));
     std::uint64_t each[kHalfLanes];
     __builtin_memcpy(each, &bits, sizeof each);
-    for (; some != 0; some &= some - 1) {
-      const int lane = __builtin_ctz(static_cast<unsigned>(some));
-      waiting_bits_[waiting_] = each[lane];
-      for (int a = 0; a < 3; ++a) waiting_corner_[a][waiting_] = corner_[a][k + lane];
-      ++waiting_;
+    int end = waiting_;
+#pragma GCC unroll 8
+    for (int lane = 0; lane < kHalfLanes; ++lane) {
+      waiting_bits_[end] = each[lane];
+      waiting_place_[end] = k + lane;
+      end += some >> lane & 1;
     }
+    waiting_ = end;
   }
 
   // The points that facets of the cells that wait hold.
@@ -262,8 +265,9 @@ class SharedCells {
     float at[3][kHalfLanes];
     HalfInts near = HalfInts{} == 0;  // to one of the points
     for (int a = 0; a < 3; ++a) {
-      const HalfFloats its = facets_.cell * (load_half<HalfFloats>(waiting_corner_[a] + k) +
-                                             bits_to_float(place, 21 * a, 0x1fffff) * 0x1p-21f);
+      HalfFloats corner;
+      for (int lane = 0; lane < kHalfLanes; ++lane) corner[lane] = corner_[a][waiting_place_[k + lane]];
+      const HalfFloats its = facets_.cell * (corner + bits_to_float(place, 21 * a, 0x1fffff) * 0x1p-21f);
       __builtin_memcpy(at[a], &its, sizeof its);
       near &= (its >= from_[a]) & (its <= to_[a]);
     }
@@ -302,7 +306,7 @@ class SharedCells {
   float corner_[3][kMostPlaces + kHalfLanes] = {};  // cells
   int waiting_ = 0;
   std::uint64_t waiting_bits_[kMostWaiting + 2 * kHalfLanes] = {};
-  float waiting_corner_[3][kMostWaiting + 2 * kHalfLanes] = {};
+  std::int32_t waiting_place_[kMostWaiting + 2 * kHalfLanes] = {};
 };
 
 // Those of the points, of one particle, that may glint.

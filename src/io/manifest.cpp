@@ -126,8 +126,10 @@ struct Load {
   void operator()(const char* name, T& value) const {
     json.at(name).get_to(value);
   }
-  void operator()(const char* name, double& value) const {  // JSON has no NaN: it was written as null
-    value = json.at(name).is_null() ? 0.0 : json.at(name).get<double>();
+  // JSON has no NaN: it was written as null. What an earlier version did not measure is 0.
+  void operator()(const char* name, double& value) const {
+    const auto found = json.find(name);
+    value = found == json.end() || found->is_null() ? 0.0 : found->get<double>();
   }
   void operator()(const char* name, Vec3& v) const {
     for (int axis = 0; axis < 3; ++axis)

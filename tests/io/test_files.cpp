@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "src/core/error.h"
 #include "src/io/file.h"
@@ -121,6 +122,17 @@ TEST_CASE("A manifest reads back to what was written, to the last bit of its num
   CHECK(in.frames[0].metrics.bounds.max == out.frames[0].metrics.bounds.max);
   CHECK(in.frames[0].metrics.step.cause == out.frames[0].metrics.step.cause);
   CHECK(in.frames[0].files == out.frames[0].files);
+}
+
+TEST_CASE("A manifest of a version that measured less reads: what it lacks is 0") {
+  Scratch scratch;
+  write_manifest(scratch / "run.json", example());
+  auto json = nlohmann::json::parse(read_file(scratch / "run.json"));
+  REQUIRE(json["frames"][0].erase("medium_mass_kg") == 1);
+  write_file(scratch / "run.json", json.dump());
+  const Manifest in = read_manifest(scratch / "run.json");
+  CHECK(in.frames.at(0).medium_mass == 0);
+  CHECK(in.frames.at(0).snow_mass == 1.5);
 }
 
 TEST_CASE("A manifest that is cut short or lacks a field is an io Error") {

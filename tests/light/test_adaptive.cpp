@@ -42,3 +42,30 @@ TEST_CASE("pictures that stop at a noise are as bright as those that take all sa
     CHECK(std::fabs(bias) + 2 * error < 0.01);
   }
 }
+
+// Independent samples: those of a sequence spread less than their variance says.
+TEST_CASE("the layer of the variance tells how far pictures of other seeds lie apart, splats included") {
+  constexpr int kSeeds = 24;
+  auto [name, setup, snapshot] = small_scenes(24)[1];
+  setup.image.sampler = SamplerKind::independent;
+  setup.layers = {Layer::variance};
+  for (const Integrator integrator : {Integrator::path, Integrator::bidirectional, Integrator::light}) {
+    setup.image.integrator = integrator;
+    std::vector<double> sum(24 * 24), squares(24 * 24);
+    double told = 0, spread = 0;
+    for (int seed = 1; seed <= kSeeds; ++seed) {
+      setup.seed = static_cast<std::uint64_t>(seed);
+      const Picture picture = render(snapshot, setup);
+      for (std::size_t k = 0; k < sum.size(); ++k) {
+        const double value =
+            luminance_of(Vec3f(picture.rgb[3 * k], picture.rgb[3 * k + 1], picture.rgb[3 * k + 2]));
+        sum[k] += value, squares[k] += value * value;
+        told += picture.layers[0].values[k];
+      }
+    }
+    for (std::size_t k = 0; k < sum.size(); ++k)
+      spread += (squares[k] - sum[k] * sum[k] / kSeeds) / (kSeeds - 1);
+    INFO(name << " by " << name_of(integrator) << ": told " << told / kSeeds << ", spread " << spread);
+    CHECK(told / kSeeds == Approx(spread).epsilon(0.1));
+  }
+}

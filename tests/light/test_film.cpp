@@ -50,13 +50,13 @@ TEST_CASE("a film is the mean of its samples, and knows the variance of that mea
   CHECK(film.samples(2, 1) == kCount);
   CHECK(film.samples() == kCount);
   CHECK(film.luminance(2, 1) == Approx(mean).epsilon(1e-5));
-  CHECK(film.variance(2, 1) == Approx(variance).epsilon(1e-4));
-  CHECK(std::isinf(film.variance(0, 0)));
+  CHECK(film.variances()[5] == Approx(variance).epsilon(1e-4));
+  CHECK(std::isinf(film.variances()[0]));
   const Picture picture = film.picture({Layer::samples, Layer::variance});
   CHECK(picture.pixel(2, 1)[2] == Approx(3 * picture.pixel(2, 1)[0]));
   CHECK(picture.pixel(0, 0)[0] == 0);
   CHECK(values(picture, Layer::samples)[5] == kCount);
-  CHECK(values(picture, Layer::variance)[5] == film.variance(2, 1));
+  CHECK(values(picture, Layer::variance)[5] == film.variances()[5]);
 }
 
 // Uniform numbers have the variance 1/12; of ten million pixels' worth of estimates from 16 samples each, the
@@ -71,8 +71,8 @@ TEST_CASE("the estimate of the variance has no bias") {
       sample.beauty = Vec3f::Constant(uniform_float(hash_keys(8, x, i)));
       film.add(x, 0, sample);
     }
-    sum += film.variance(x, 0);
   }
+  for (const float variance : film.variances()) sum += variance;
   CHECK(sum / kPixels == Approx(1.0 / 12 / 16).epsilon(0.01));
 }
 
@@ -111,7 +111,7 @@ TEST_CASE("splats lose no light in any filter") {
     for (int i = 0; i < kPaths; ++i) {
       film.add(i % 8, i / 8 % 8, FilmSample{});
       const float x = 2 + 4 * uniform_float(hash_keys(1, i)), y = 2 + 4 * uniform_float(hash_keys(2, i));
-      film.splat(x, y, Vec3f::Constant(5));
+      film.splat(x, y, Vec3f::Constant(5), static_cast<std::uint32_t>(i / 64));
     }
     for (const float value : film.picture({}).rgb) sum += value;
     // A filter of steps (box) is exact; of a curve, its values at the pixels' centres sum to 1 on average.
@@ -139,7 +139,7 @@ TEST_CASE("splats and samples are filtered alike") {
           // A light path to an even point of the square, divided by its density, 1 / 1.5^2.
           const float lx = 3.2f + 1.5f * uniform_float(hash_keys(2, y * 8 + x, 2 * s));
           const float ly = 3.2f + 1.5f * uniform_float(hash_keys(2, y * 8 + x, 2 * s + 1));
-          met.splat(lx, ly, Vec3f(1, 2, 3) * 2.25f);
+          met.splat(lx, ly, Vec3f(1, 2, 3) * 2.25f, static_cast<std::uint32_t>(s));
         }
       }
     }
@@ -164,14 +164,14 @@ TEST_CASE("splats have the same bits in any order, and drop what is no light") {
   }
   const auto splat = [](Film& film, int i) {
     film.splat(16 * uniform_float(hash_keys(3, i)), 16 * uniform_float(hash_keys(4, i)),
-               Vec3f::Constant(uniform_float(hash_keys(5, i))));
+               Vec3f::Constant(uniform_float(hash_keys(5, i))), static_cast<std::uint32_t>(i));
   };
   constexpr int kCount = 20000;
   for (int i = 0; i < kCount; ++i) splat(once, i);
   tbb::parallel_for(0, kCount, [&](int i) { splat(shuffled, kCount - 1 - i); });
   const Picture a = once.picture({}), b = shuffled.picture({});
   CHECK(std::memcmp(a.rgb.data(), b.rgb.data(), a.rgb.size() * sizeof(float)) == 0);
-  once.splat(8, 8, Vec3f::Constant(std::numeric_limits<float>::quiet_NaN()));
-  once.splat(8, 8, Vec3f::Constant(-1));
+  once.splat(8, 8, Vec3f::Constant(std::numeric_limits<float>::quiet_NaN()), 0);
+  once.splat(8, 8, Vec3f::Constant(-1), 0);
   CHECK(once.picture({}).rgb == a.rgb);
 }

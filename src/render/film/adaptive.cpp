@@ -20,16 +20,20 @@ double mean_luminance(const Film& film) {
   return sum / (static_cast<double>(film.width()) * film.height());
 }
 
-bool finished(const Film& film, int x, int y, double noise, double black) {
+bool finished(const Film& film, const std::vector<float>& variances, int x, int y, double noise,
+              double black) {
+  const auto variance_of = [&](int i, int j) {
+    return static_cast<double>(variances[static_cast<std::size_t>(j) * film.width() + i]);
+  };
   double variance = 0, luminance = 0, pixels = 0;  // of a single sample
   for (int j = std::max(y - 1, 0); j <= std::min(y + 1, film.height() - 1); ++j) {
     for (int i = std::max(x - 1, 0); i <= std::min(x + 1, film.width() - 1); ++i) {
-      variance += static_cast<double>(film.variance(i, j)) * film.samples(i, j);
+      variance += variance_of(i, j) * film.samples(i, j);
       luminance += film.luminance(i, j);
       ++pixels;
     }
   }
-  const double own = film.variance(x, y), around = variance / pixels / film.samples(x, y);
+  const double own = variance_of(x, y), around = variance / pixels / film.samples(x, y);
   const double allowed = noise * (luminance / pixels + black);
   return std::max(own, around) <= allowed * allowed;
 }
@@ -50,10 +54,11 @@ SampleRange share(const SampleRange& round, std::uint32_t part, std::uint32_t pa
 
 void drop_finished(const Film& film, double noise, PixelSet& wanted) {
   const double black = kBlack * mean_luminance(film);
+  const std::vector<float> variances = film.variances();
   parallel_for(static_cast<std::size_t>(film.height()), 8, [&](std::size_t row) {
     const int y = static_cast<int>(row);
     for (int x = 0; x < film.width(); ++x) {
-      if (wanted.has(x, y) && finished(film, x, y, noise, black)) wanted.drop(x, y);
+      if (wanted.has(x, y) && finished(film, variances, x, y, noise, black)) wanted.drop(x, y);
     }
   });
 }

@@ -35,7 +35,7 @@ void Film::begin(int width, int height, const PixelFilter& filter, const FilmCon
   lit_normal_.assign(content.denoise ? 3 * pixels : 0, 0);
   sparkle_.assign(content.sparkle || content.denoise ? 3 * pixels : 0, 0);
   subsurface_.assign(content.subsurface ? 3 * pixels : 0, 0);
-  splats_.assign(content.splats ? 3 * pixels : 0, 0);
+  for (auto& batch : splats_) batch.assign(content.splats ? 3 * pixels : 0, 0);
 }
 
 void Film::add(int x, int y, const FilmSample& sample) {
@@ -61,8 +61,9 @@ void Film::add(int x, int y, const FilmSample& sample) {
   }
 }
 
-void Film::splat(float x, float y, const Vec3f& radiance) {
+void Film::splat(float x, float y, const Vec3f& radiance, std::uint32_t sample) {
   if (!radiance.allFinite() || radiance.minCoeff() < 0) return;
+  std::vector<std::uint64_t>& batch = splats_[sample % kSplatBatches];
   const double r = filter_.radius(), scale = 1 / static_cast<double>(count_.size());
   const auto first = [r](float at) { return std::max(0, static_cast<int>(std::ceil(at - 0.5 - r))); };
   const auto last = [r](float at, int end) {
@@ -74,7 +75,7 @@ void Film::splat(float x, float y, const Vec3f& radiance) {
       const double weight = scale * down * filter_.density(x - 0.5 - i);
       for (int c = 0; c < 3; ++c) {
         const double amount = std::min(weight * radiance[c], kSplatLimit) / kSplatUnit;
-        std::atomic_ref(splats_[3 * index(i, j) + c])
+        std::atomic_ref(batch[3 * index(i, j) + c])
             .fetch_add(static_cast<std::uint64_t>(amount + 0.5), std::memory_order_relaxed);
       }
     }
@@ -91,23 +92,59 @@ float Film::luminance(int x, int y) const {
   return count_[pixel] ? static_cast<float>(luminance_of(sum) / count_[pixel]) : 0;
 }
 
-float Film::variance(int x, int y) const {
-  const std::size_t pixel = index(x, y);
-  const double n = count_[pixel];
-  if (n < 2) return INFINITY;
-  const double mean =
-      luminance_of(Vec3(beauty_[3 * pixel], beauty_[3 * pixel + 1], beauty_[3 * pixel + 2])) / n;
-  return static_cast<float>(std::max(square_[pixel] / n - mean * mean, 0.0) / (n - 1));
+std::vector<float> Film::variances() const {
+  std::vector<float> result(count_.size(), INFINITY);
+  for (std::size_t pixel = 0; pixel < result.size(); ++pixel) {
+    const double n = count_[pixel];
+    if (n < 2) continue;
+    const double mean =
+        luminance_of(Vec3(beauty_[3 * pixel], beauty_[3 * pixel + 1], beauty_[3 * pixel + 2])) / n;
+    result[pixel] = static_cast<float>(std::max(square_[pixel] / n - mean * mean, 0.0) / (n - 1));
+  }
+  add_splat_variances(result);
+  return result;
+}
+
+// Batches are estimates of the same mean, of as good as equal weight.
+void Film::add_splat_variances(std::vector<float>& variances) const {
+  if (splats_[0].empty()) return;
+  std::array<double, kSplatBatches> scales{};
+  int batches = 0;
+  for (std::uint32_t b = 0; b < kSplatBatches; ++b) {
+    std::uint64_t paths = 0;
+    for (const std::uint32_t n : count_) paths += (n + kSplatBatches - 1 - b) / kSplatBatches;
+    if (paths > 0) scales[b] = splat_scale(paths), ++batches;
+  }
+  for (std::size_t pixel = 0; pixel < variances.size(); ++pixel) {
+    double sum = 0, squares = 0;
+    for (std::uint32_t b = 0; b < kSplatBatches; ++b) {
+      const std::uint64_t* splats = &splats_[b][3 * pixel];
+      const double bright =
+          scales[b] * luminance_of(Vec3(static_cast<double>(splats[0]), static_cast<double>(splats[1]),
+                                        static_cast<double>(splats[2])));
+      sum += bright, squares += bright * bright;
+    }
+    if (batches < 2) variances[pixel] = INFINITY;
+    if (batches >= 2)
+      variances[pixel] += static_cast<float>(
+          std::max(squares / batches - sum * sum / (batches * batches), 0.0) / (batches - 1));
+  }
+}
+
+double Film::splat_scale(std::uint64_t paths) const {
+  return kSplatUnit * static_cast<double>(count_.size()) /
+         static_cast<double>(std::max<std::uint64_t>(paths, 1));
 }
 
 std::vector<float> Film::beauty() const {
   std::vector<float> rgb(beauty_.size());
-  const double splats = splats_.empty() ? 0
-                                        : kSplatUnit * static_cast<double>(count_.size()) /
-                                              static_cast<double>(std::max<std::uint64_t>(samples(), 1));
+  const bool splats = !splats_[0].empty();
+  const double scale = splats ? splat_scale(samples()) : 0;
   for (std::size_t i = 0; i < rgb.size(); ++i) {
     const double mean = beauty_[i] / std::max(count_[i / 3], 1u);
-    rgb[i] = static_cast<float>(splats_.empty() ? mean : mean + splats * static_cast<double>(splats_[i]));
+    std::uint64_t all = 0;
+    for (std::size_t b = 0; splats && b < kSplatBatches; ++b) all += splats_[b][i];
+    rgb[i] = static_cast<float>(splats ? mean + scale * static_cast<double>(all) : mean);
   }
   return rgb;
 }
@@ -149,9 +186,7 @@ std::vector<float> Film::layer(Layer layer) const {
                      [](std::uint32_t n) { return static_cast<float>(n); });
       break;
     case Layer::variance:
-      for (int y = 0; y < height_; ++y) {
-        for (int x = 0; x < width_; ++x) values[index(x, y)] = variance(x, y);
-      }
+      values = variances();
       break;
   }
   return values;
@@ -179,6 +214,7 @@ NoisyPicture Film::noisy() const {
     matte[i] = static_cast<float>(beauty_[i] / std::max(count_[i / 3], 1u)) - sparkle[i];
   }
   noisy.variance = variances(matte, matte_square_);
+  add_splat_variances(noisy.variance);
   noisy.albedo_variance = variances(noisy.albedo, albedo_square_);
   return noisy;
 }

@@ -4,6 +4,7 @@
 // point, where the order of adding does not matter, so the picture has the same bits for any number of
 // threads.
 #pragma once
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -48,13 +49,15 @@ class Film {
   // Light that a light path brought to the film point (x, y), in pixels, for any point within the filter's
   // reach of the film. `radiance`: its contribution to the film as a whole, divided by the density that the
   // path was made with: the film assumes one light path for every sample added and weighs by the pixel
-  // filter. Not finite or negative light is dropped.
-  void splat(float x, float y, const Vec3f& radiance);
+  // filter. Not finite or negative light is dropped. sample: which of its pixel's the light path is.
+  void splat(float x, float y, const Vec3f& radiance, std::uint32_t sample);
 
   std::uint32_t samples(int x, int y) const { return count_[index(x, y)]; }
   std::uint64_t samples() const;
   float luminance(int x, int y) const;  // of the mean
-  float variance(int x, int y) const;   // of the mean's luminance; infinite for fewer than two samples
+  // Of the mean's luminance, pixel by pixel; infinite for fewer than two samples. That of samples by their
+  // squares, that of splats by the spread of kSplatBatches.
+  std::vector<float> variances() const;
 
   // The mean of all that was added, and the layers asked for; those that the film did not keep are 0.
   Picture picture(const std::vector<Layer>& layers) const;
@@ -67,6 +70,8 @@ class Film {
   std::vector<float> layer(Layer layer) const;
   std::vector<float> means(const std::vector<float>& sums) const;  // of the samples of each pixel
   std::vector<float> variances(const std::vector<float>& means, const std::vector<float>& squares) const;
+  void add_splat_variances(std::vector<float>& variances) const;
+  double splat_scale(std::uint64_t paths) const;  // of splats of so many light paths
 
   int width_ = 0, height_ = 0;
   PixelFilter filter_;
@@ -76,7 +81,10 @@ class Film {
   std::vector<float> lit_normal_;                                      // sums, for the denoiser
   std::vector<float> matte_square_, albedo_square_;                    // of luminance; matte: without sparkle
   std::vector<std::uint32_t> met_;                                     // samples that met something
-  std::vector<std::uint64_t> splats_;  // 3 a pixel, in units of 2^-32 after division by the number of pixels
+  // By sample number, so that each is an estimate of the same light: 3 a pixel, in units of 2^-32 after
+  // division by the number of pixels.
+  static constexpr std::uint32_t kSplatBatches = 4;
+  std::array<std::vector<std::uint64_t>, kSplatBatches> splats_;
 };
 
 }  // namespace firn

@@ -72,7 +72,8 @@ void TilePaths::walk_lights(Film& film) {
     for (std::size_t k = 0; k < brings_.size(); ++k) {
       const Brings& brings = brings_[k];
       film.splat(brings.x, brings.y,
-                 brings.light.cwiseProduct(through_[k]).cwiseProduct(view_.tint(brings.ice)));
+                 brings.light.cwiseProduct(through_[k]).cwiseProduct(view_.tint(brings.ice)),
+                 paths_[brings.path].sample);
     }
   }
   sort_light_vertices(path_of);

@@ -76,7 +76,7 @@ void TilePaths::start_paths(const Tile& tile, std::uint32_t first, std::uint32_t
             const Sampler sampler(view_.setup.seed, frame, pixel);
             Path path;
             path.random = PathRandom(sampler, sample, view_.setup.image.sampler);
-            path.x = px, path.y = py;
+            path.x = px, path.y = py, path.sample = sample;
             paths_.push_back(path);
           }
         }

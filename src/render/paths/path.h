@@ -106,6 +106,7 @@ class TilePaths {
     PathRandom random;
     FilmSample seen;
     int x = 0, y = 0;
+    std::uint32_t sample = 0;                      // of the pixel
     std::uint32_t first_light = 0, end_light = 0;  // its vertices in light_vertices_
     std::uint32_t links = 0;                       // connecting rays so far
     bool inside = false;                           // what it met first scatters inside

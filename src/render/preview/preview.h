@@ -97,6 +97,7 @@ class PreviewTile {
   bool bring(const Point& point, Brings& brings) const;
   bool may_glint(const Point& point, const Vec3f& direction) const;
   void find_lit();
+  void gather_particles();
   void find_glints();
   Vec3f glint(const Point& point, const LightSample& light) const;
   void add_lit();
@@ -122,7 +123,7 @@ class PreviewTile {
   std::vector<End> ends_;
   std::vector<Brings> brings_;
   // Columns over the points of snow, or over those of them that may glint.
-  std::vector<std::uint32_t> snow_;  // their places in points_ or brings_
+  std::vector<std::uint32_t> snow_, gathered_;  // their places in points_ or brings_
   VectorColumns place_, local_, back_, smooth_, normal_, light_;
   std::vector<std::uint32_t> particle_, id_;
   std::vector<std::int16_t> turn_[3];

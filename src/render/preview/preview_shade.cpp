@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "src/render/preview/preview.h"
@@ -134,6 +135,22 @@ void PreviewTile::find_lit() {
   brings_.resize(left);
 }
 
+// Brings those of `snow_` of one kind of snow, and of one particle, together, as good as: by a hash. Points
+// of one particle ask for much the same facets.
+void PreviewTile::gather_particles() {
+  constexpr std::uint32_t kKinds = 4, kHashes = 64;
+  std::uint32_t next[kKinds * kHashes + 1] = {};
+  const auto bucket_of = [&](std::uint32_t b) {
+    const Point& point = points_[brings_[b].point];
+    return point.object % kKinds * kHashes + (point.sorted * 0x9e3779b1u) / ((1u << 31) / kHashes * 2);
+  };
+  for (const std::uint32_t b : snow_) ++next[bucket_of(b) + 1];
+  std::partial_sum(std::begin(next), std::end(next), std::begin(next));
+  gathered_.resize(snow_.size());
+  for (const std::uint32_t b : snow_) gathered_[next[bucket_of(b)]++] = b;
+  snow_.swap(gathered_);
+}
+
 // Asks all at once which of those that are lit may glint.
 void PreviewTile::find_glints() {
   snow_.clear();
@@ -142,6 +159,7 @@ void PreviewTile::find_glints() {
     if (brings.sunlit && may_glint(points_[brings.point], brings.light.direction))
       snow_.push_back(static_cast<std::uint32_t>(b));
   }
+  gather_particles();
   const std::size_t count = snow_.size();
   for (auto* columns : {&local_, &smooth_, &back_, &light_}) columns->resize(count);
   for (auto* column : {&light_chord_, &footprint_}) column->resize(count);
