@@ -33,11 +33,11 @@ std::vector<std::string> scene_names() {
 }  // namespace
 
 TEST_CASE("the scenes are there, and each is named as its file") {
-  for (const char* name :
-       {"snowball_drop", "two_snowballs", "snowball_vs_sheet", "snowball_into_sheet", "falling_sheet",
-        "avalanche", "snowfall", "broken_snowball_2d", "boot_print", "plough", "column_collapse",
-        "rolling_ball", "slab_release", "powder_and_crust", "cornell_box", "snowball_in_sun", "powder_in_sun",
-        "snow_cave", "snowfall_at_fence", "snowball_on_drift"}) {
+  for (const char* name : {"snowball_drop", "two_snowballs",    "snowball_vs_sheet", "snowball_into_sheet",
+                           "falling_sheet", "avalanche",        "snowfall",          "broken_snowball_2d",
+                           "boot_print",    "plough",           "column_collapse",   "rolling_ball",
+                           "slab_release",  "powder_and_crust", "cornell_box",       "snowball_in_sun",
+                           "powder_in_sun", "snow_cave",        "snowfall_at_fence", "snowball_on_drift"}) {
     CHECK(read_file(name, false).name == name);
   }
 }
