@@ -81,14 +81,17 @@ inline double portable_exp(double x) {
   return sum * power_of_two(half) * power_of_two(static_cast<int>(n) - half);
 }
 
-// The same in single precision, to 1.5e-7 of the result; for x < 88, 0 below -87.
+// The same in single precision, to 1.5e-7 of the result; for x < 88, 0 below -87. Without branches, so that a
+// loop over a few is one over lanes.
 inline float portable_expf(float x) {
-  if (!(x > -87)) return 0;
-  const float n = std::floor(x * 1.44269504f + 0.5f);
-  const float r = (x - n * 0.693359375f) + n * 2.12194440e-4f, z = r * r;
+  const float in = x > -87 ? x : -87.f;
+  const float n = (in * 1.44269504f + 0x1.8p23f) - 0x1.8p23f;  // the nearest integer
+  const float r = (in - n * 0.693359375f) + n * 2.12194440e-4f, z = r * r;
   const float odd = ((1.f / 5040 * z + 1.f / 120) * z + 1.f / 6) * z + 1,
               even = ((1.f / 720 * z + 1.f / 24) * z + 0.5f) * z + 1;
-  return (even + r * odd) * std::bit_cast<float>(static_cast<std::int32_t>(127 + static_cast<int>(n)) << 23);
+  const auto two_to_n = std::bit_cast<float>(static_cast<std::int32_t>(127 + static_cast<int>(n)) << 23);
+  const float exp = (even + r * odd) * two_to_n;
+  return x > -87 ? exp : 0;
 }
 
 // x > 0 and normal. log m = 2 atanh((m-1)/(m+1)) with m in [sqrt(1/2), sqrt(2)).
@@ -101,6 +104,17 @@ inline double portable_log(double x) {
   double sum = 1.0 / 23;
   for (int k = 21; k >= 1; k -= 2) sum = sum * z + 1.0 / k;
   return exponent * 0.69314718055994530942 + 2 * s * sum;
+}
+
+// The same in single precision, to 2e-7 of the result or of 1, whichever is less.
+inline float portable_logf(float x) {
+  const auto bits = std::bit_cast<std::uint32_t>(x);
+  int exponent = static_cast<int>(bits >> 23) - 127;
+  float m = std::bit_cast<float>((bits & 0x7fffff) | 0x3f800000);
+  if (m > 1.41421356f) m *= 0.5f, ++exponent;
+  const float s = (m - 1) / (m + 1), z = s * s;
+  const float sum = (((1.f / 9 * z + 1.f / 7) * z + 1.f / 5) * z + 1.f / 3) * z + 1;
+  return static_cast<float>(exponent) * 0.693147181f + 2 * s * sum;
 }
 
 // x >= 0.

@@ -75,14 +75,17 @@ double number(const std::string& text) { return std::strtod(text.c_str(), nullpt
 constexpr int kSide = 16;
 constexpr int kSlabSamples = 24;  // a pixel: 6144 paths a number
 
-// For figures as many samples as it takes for an error of half a percent or 1e-4, reckoned from the first
-// ones, up to `most` times as many.
+// For figures as many samples as it takes for an error of at most half a percent or 1e-4, reckoned from those
+// before.
 template <class Measure>
-Estimate fine(double expected, int samples, double most, const Measure& measure) {
-  const Estimate first = measure(samples);
-  if (!makes_figures()) return first;
-  const double more = std::pow(first.error / std::max(0.005 * expected, 1e-4), 2);
-  return more > 1 ? measure(static_cast<int>(samples * std::min(1.1 * more + 0.1, most))) : first;
+Estimate fine(double expected, int samples, const Measure& measure) {
+  Estimate seen = measure(samples);
+  const double error = std::max(0.005 * expected, 1e-4);
+  while (makes_figures() && seen.error > error) {
+    samples = static_cast<int>(samples * (1.25 * std::pow(seen.error / error, 2) + 0.2));
+    seen = measure(samples);
+  }
+  return seen;
 }
 
 }  // namespace
@@ -112,7 +115,7 @@ TEST_CASE("slabs reflect and let through what adding-doubling says", "[light][fi
     if (ends) ask("T_diffuse", [=](int samples) { return transmitted_diffuse(medium, kSide, samples); });
   }
   const auto all = side_by_side(asked.size(), [&](std::size_t k) {
-    return fine(asked[k].expected, kSlabSamples, 8, asked[k].measure);
+    return fine(asked[k].expected, kSlabSamples, asked[k].measure);
   });
   Curve curve("light_slab", "series,a,g,tau,expected,measured,error");
   Scores scores;
@@ -149,7 +152,7 @@ TEST_CASE("a half space of isotropic scatterers shines as Chandrasekhar's H func
   const auto samples = [&asked](std::size_t k, int few) { return number(asked[k].a) > 0.995 ? 4 : few; };
   const auto planes = side_by_side(asked.size(), [&](std::size_t k) {
     const Medium medium = slab(number(asked[k].a), 0, INFINITY);
-    return fine(asked[k].plane_albedo, samples(k, 16), 16,
+    return fine(asked[k].plane_albedo, samples(k, 16),
                 [&](int its) { return reflected(medium, asked[k].mu, kSide, its); });
   });
   const auto radiances = side_by_side(asked.size(), [&](std::size_t k) {
@@ -157,7 +160,7 @@ TEST_CASE("a half space of isotropic scatterers shines as Chandrasekhar's H func
     setup.lights = {SunLight{Vec3(-std::sqrt(1 - 0.49), 0.7, 0), 0.01, Vec3f::Ones()}};
     const double mu = asked[k].mu;
     const Vec3 from(0, mu, std::sqrt(1 - mu * mu));
-    return fine(asked[k].radiance, samples(k, 32), 16,
+    return fine(asked[k].radiance, samples(k, 32),
                 [&](int its) { return radiance_along(setup, {}, from, Vec3::Zero(), kSide, its); });
   });
   Curve albedo("light_plane_albedo", "series,mu,expected,measured,error"),

@@ -95,6 +95,8 @@ TEST_CASE("portable functions agree with libm") {
     REQUIRE(std::fabs(portable_acos(2 * u - 1) - std::acos(2 * u - 1)) < 1e-13);
     const double x = std::exp(100 * (v - 0.5));
     REQUIRE(portable_log(x) == Approx(std::log(x)).epsilon(1e-13).margin(1e-14));
+    const auto xf = static_cast<float>(x);
+    REQUIRE(portable_logf(xf) == Approx(std::log(static_cast<double>(xf))).epsilon(2e-7).margin(2e-7));
     const auto exponent = static_cast<float>(170 * (u - 0.5));
     REQUIRE(portable_expf(exponent) == Approx(std::exp(static_cast<double>(exponent))).epsilon(3e-7));
     REQUIRE(portable_exp(100 * (u - 0.5)) == Approx(std::exp(100 * (u - 0.5))).epsilon(1e-13));
@@ -104,6 +106,8 @@ TEST_CASE("portable functions agree with libm") {
   CHECK(portable_exp(-1000) == 0);
   CHECK(portable_expf(-100) == 0);
   CHECK(portable_expf(0) == 1);
+  CHECK(portable_expf(-INFINITY) == 0);
+  CHECK(portable_logf(1) == 0);
   CHECK(portable_cbrt(0) == 0);
   CHECK(portable_acos(1) == 0);
 }

@@ -40,10 +40,10 @@ Span inside_shape(const Medium& medium, const Pose& pose, const Vec3f& o, const 
 Vec3f extinction(const Medium& medium) { return medium.sigma_s + medium.sigma_a; }
 
 Vec3f fading(const Vec3& depth) {
-  const auto through = [](double depth) {
-    return depth == 0 ? 1.f : portable_expf(-static_cast<float>(depth));
-  };
-  return {through(depth[0]), through(depth[1]), through(depth[2])};
+  std::array<float, 4> left{};  // as many as there are lanes
+  for (int c = 0; c < 3; ++c) left[static_cast<std::size_t>(c)] = -static_cast<float>(depth[c]);
+  for (float& x : left) x = portable_expf(x);
+  return {left[0], left[1], left[2]};
 }
 
 // Adds the optical depth of what lies in `span` before `reach`.
@@ -100,7 +100,7 @@ MediumSet::Flight MediumSet::fly(const Vec3f& o, const Vec3f& d, float reach, st
     crosses = true;
     const double sigma = extinction(media_[i])[channel];
     if (!(sigma > 0)) continue;
-    const double free = -portable_log(1 - uniform_double(hash_keys(key, i))) / sigma;
+    const double free = -portable_logf(1 - uniform_float(hash_keys(key, i))) / sigma;
     const double t = std::max(span.in, 0.0) + free;
     if (!(t < span.out && t < nearest)) continue;
     nearest = t;
