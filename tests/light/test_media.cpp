@@ -114,9 +114,8 @@ TEST_CASE("slabs reflect and let through what adding-doubling says", "[light][fi
     ask("R_diffuse", [=](int samples) { return reflected_diffuse(medium, kSide, samples); });
     if (ends) ask("T_diffuse", [=](int samples) { return transmitted_diffuse(medium, kSide, samples); });
   }
-  const auto all = side_by_side(asked.size(), [&](std::size_t k) {
-    return fine(asked[k].expected, kSlabSamples, asked[k].measure);
-  });
+  const auto all = side_by_side(
+      asked.size(), [&](std::size_t k) { return fine(asked[k].expected, kSlabSamples, asked[k].measure); });
   Curve curve("light_slab", "series,a,g,tau,expected,measured,error");
   Scores scores;
   for (std::size_t k = 0; k < all.size(); ++k) {
