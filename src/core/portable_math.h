@@ -3,9 +3,11 @@
 // libm differs between systems. Absolute error below 1e-13 (sin, cos: for |x| < 1e5; acos), relative error
 // below 1e-13 (the others).
 #pragma once
+#include <Eigen/Core>
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 
 namespace firn {
 
@@ -81,17 +83,17 @@ inline double portable_exp(double x) {
   return sum * power_of_two(half) * power_of_two(static_cast<int>(n) - half);
 }
 
-// The same in single precision, to 1.5e-7 of the result; for x < 88, 0 below -87. Without branches, so that a
-// loop over a few is one over lanes.
-inline float portable_expf(float x) {
-  const float in = x > -87 ? x : -87.f;
-  const float n = (in * 1.44269504f + 0x1.8p23f) - 0x1.8p23f;  // the nearest integer
-  const float r = (in - n * 0.693359375f) + n * 2.12194440e-4f, z = r * r;
-  const float odd = ((1.f / 5040 * z + 1.f / 120) * z + 1.f / 6) * z + 1,
-              even = ((1.f / 720 * z + 1.f / 24) * z + 0.5f) * z + 1;
-  const auto two_to_n = std::bit_cast<float>(static_cast<std::int32_t>(127 + static_cast<int>(n)) << 23);
-  const float exp = (even + r * odd) * two_to_n;
-  return x > -87 ? exp : 0;
+// Four at once in single precision, to 1.5e-7 of the result; for x < 88, 0 below -87.
+inline Eigen::Array4f portable_expf(const Eigen::Array4f& x) {
+  const Eigen::Array4f in = x.max(-87.f);
+  const Eigen::Array4f n = (in * 1.44269504f + 0x1.8p23f) - 0x1.8p23f;  // the nearest integers
+  const Eigen::Array4f r = (in - n * 0.693359375f) + n * 2.12194440e-4f, z = r * r;
+  const Eigen::Array4f odd = ((1.f / 5040 * z + 1.f / 120) * z + 1.f / 6) * z + 1,
+                       even = ((1.f / 720 * z + 1.f / 24) * z + 0.5f) * z + 1;
+  const Eigen::Array4i bits = (n.cast<int>() + 127).shiftLeft<23>();
+  Eigen::Array4f two_to_n;
+  std::memcpy(two_to_n.data(), bits.data(), sizeof bits);
+  return (x > -87.f).select((even + r * odd) * two_to_n, 0.f);
 }
 
 // x > 0 and normal. log m = 2 atanh((m-1)/(m+1)) with m in [sqrt(1/2), sqrt(2)).

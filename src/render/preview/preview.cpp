@@ -40,12 +40,12 @@ PreviewTile::PreviewTile(const View& view, const AmbientLight& ambient, const Sn
 std::uint64_t PreviewTile::trace(const Tile& tile, Picture& picture, PreviewTimes& times) {
   rays_traced_ = 0;
   Clock clock;
-  aim(tile);
+  aim(tile, !picture.layers.empty());
   points_.clear();
   for (int pass = 0; pass <= kSpecular && rays_.size() > 0; ++pass) find(pass == 0);
   find_normals();
   find_grain();
-  if (!picture.layers.empty()) note_first();
+  if (!layered_.empty()) note_first();
   times.primary += clock.lap();
   probe();
   prepare();
@@ -64,24 +64,26 @@ std::uint64_t PreviewTile::trace(const Tile& tile, Picture& picture, PreviewTime
   return rays_traced_;
 }
 
-void PreviewTile::aim(const Tile& tile) {
-  pixel_x_.clear(), pixel_y_.clear();
+void PreviewTile::aim(const Tile& tile, bool layered) {
+  const auto most = static_cast<std::size_t>(tile.x1 - tile.x0) * static_cast<std::size_t>(tile.y1 - tile.y0);
+  pixel_x_.resize(most), pixel_y_.resize(most);
+  std::size_t count = 0;
   for (int y = tile.y0; y < tile.y1; y += kBlock) {
     for (int x = tile.x0; x < tile.x1; x += kBlock) {
       for (int k = 0; k < kBlock * kBlock; ++k) {  // of blocks of 2 x 2 in blocks of 4 x 4 in blocks of 8 x 8
         const int px = x + (k >> 4 & 1) * 4 + (k >> 2 & 1) * 2 + (k & 1);
         const int py = y + (k >> 5) * 4 + (k >> 3 & 1) * 2 + (k >> 1 & 1);
-        if (px < tile.x1 && py < tile.y1) pixel_x_.push_back(px), pixel_y_.push_back(py);
+        if (px < tile.x1 && py < tile.y1) pixel_x_[count] = px, pixel_y_[count++] = py;
       }
     }
   }
-  const std::size_t count = pixel_x_.size();
   rays_.begin(count, view_.camera.eye(), kInfinity);
   spread_.resize(count);
   float* const directions[3] = {rays_.directions(0), rays_.directions(1), rays_.directions(2)};
   view_.shade.sights(view_.camera.pinhole(), pixel_x_.data(), pixel_y_.data(), 0, count, directions,
                      spread_.data());
-  pixels_.assign(count, {});
+  beauty_.assign(count, Vec3f::Zero());
+  layered_.assign(layered ? count : 0, {});
 }
 
 void PreviewTile::find(bool first) {
@@ -107,13 +109,12 @@ void PreviewTile::arrive(std::size_t ray, bool first) {
   }
   const Sight sight =
       first ? Sight{static_cast<std::uint32_t>(ray), Vec3f::Ones(), spread_[ray]} : sights_[ray];
-  FilmSample& seen = pixels_[sight.pixel];
   if (glows || (met.object < 0 && !snow)) {
     const Vec3f radiance = glows ? light.radiance : world.lights.background(d);
-    seen.beauty += sight.weight.cwiseProduct(radiance);
+    beauty_[sight.pixel] += sight.weight.cwiseProduct(radiance);
     return;
   }
-  if (first) seen.depth = t;
+  if (first && !layered_.empty()) layered_[sight.pixel].depth = t;
   const Vec3f p = rays_.at_hit(ray);
   if (met.object < 0) {
     add_point(sight, t, p, -d).sorted = rays_.hit(ray);
@@ -213,7 +214,7 @@ void PreviewTile::find_grain() {
 void PreviewTile::note_first() {
   for (const Point& point : points_) {
     if (!(point.footprint > 0)) continue;
-    FilmSample& seen = pixels_[point.pixel];
+    FilmSample& seen = layered_[point.pixel];
     seen.normal = point.smooth;
     seen.albedo = point.surface.albedo;
   }
@@ -223,11 +224,11 @@ void PreviewTile::paint(Picture& picture) const {
   const auto put = [&](std::vector<float>& values, std::size_t at, const Vec3f& v) {
     for (int c = 0; c < 3; ++c) values[3 * at + c] = v[c];
   };
-  for (std::size_t k = 0; k < pixels_.size(); ++k) {
-    const FilmSample& seen = pixels_[k];
+  for (std::size_t k = 0; k < beauty_.size(); ++k) {
     const std::size_t at = static_cast<std::size_t>(pixel_y_[k]) * picture.width + pixel_x_[k];
-    put(picture.rgb, at, seen.beauty);
+    put(picture.rgb, at, beauty_[k]);
     for (LayerImage& layer : picture.layers) {
+      const FilmSample& seen = layered_[k];
       switch (layer.layer) {
         case Layer::beauty:
           break;

@@ -76,7 +76,7 @@ class PreviewTile {
     bool sunlit = false, glints = false;  // direct light arrives; facets may shine
   };
 
-  void aim(const Tile& tile);
+  void aim(const Tile& tile, bool layered);
   void find(bool first);
   void arrive(std::size_t ray, bool first);
   Point& add_point(const Sight& sight, float t, const Vec3f& p, const Vec3f& back);
@@ -110,7 +110,9 @@ class PreviewTile {
   const bool bare_;                    // there is nothing but snow, suns and sky
   std::vector<float> density_placed_;  // kg/m^3, per object
   std::uint64_t rays_traced_ = 0;
-  std::vector<FilmSample> pixels_;
+  // Per pixel of the tile: its light, its other layers (where the picture has any) and its place.
+  std::vector<Vec3f> beauty_;
+  std::vector<FilmSample> layered_;
   std::vector<std::int32_t> pixel_x_, pixel_y_;
   std::vector<float> spread_;
   RayStream rays_, next_rays_, shadow_rays_;

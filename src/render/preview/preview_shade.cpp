@@ -55,15 +55,14 @@ void PreviewTile::add_ambient() {
       const Point& point = points_[k];
       const Vec3f& albedo = point.surface.albedo;
       const Vec3f open = group.opening * (Vec3f::Ones() - (1 - group.opening) * albedo).cwiseInverse();
-      FilmSample& seen = pixels_[point.pixel];
       Vec3f light = ambient_.irradiance(point.surface.normal).cwiseProduct(albedo).cwiseProduct(open) / kPi;
       if (passes) {
         const Vec3f passed =
             ambient_.irradiance(-point.surface.normal).cwiseProduct(group.layer.passed) / kPi;
         light += passed;
-        seen.subsurface += point.weight.cwiseProduct(passed);
+        if (!layered_.empty()) layered_[point.pixel].subsurface += point.weight.cwiseProduct(passed);
       }
-      seen.beauty += point.weight.cwiseProduct(light);
+      beauty_[point.pixel] += point.weight.cwiseProduct(light);
     }
   }
 }
@@ -191,16 +190,16 @@ void PreviewTile::find_glints() {
 void PreviewTile::add_lit() {
   for (const Brings& brings : brings_) {
     const Point& point = points_[brings.point];
-    FilmSample& seen = pixels_[point.pixel];
+    Vec3f& beauty = beauty_[point.pixel];
     const Vec3f passed = point.weight.cwiseProduct(brings.passed);
-    seen.subsurface += passed;
-    seen.beauty += passed;
+    beauty += passed;
+    if (!layered_.empty()) layered_[point.pixel].subsurface += passed;
     if (!brings.sunlit) continue;
-    seen.beauty += point.weight.cwiseProduct(brings.direct);
+    beauty += point.weight.cwiseProduct(brings.direct);
     if (!brings.glints) continue;
     const Vec3f sparkle = point.weight.cwiseProduct(glint(point, brings.light));
-    seen.sparkle += sparkle;
-    seen.beauty += sparkle;
+    beauty += sparkle;
+    if (!layered_.empty()) layered_[point.pixel].sparkle += sparkle;
   }
 }
 

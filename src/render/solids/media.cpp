@@ -40,10 +40,9 @@ Span inside_shape(const Medium& medium, const Pose& pose, const Vec3f& o, const 
 Vec3f extinction(const Medium& medium) { return medium.sigma_s + medium.sigma_a; }
 
 Vec3f fading(const Vec3& depth) {
-  std::array<float, 4> left{};  // as many as there are lanes
-  for (int c = 0; c < 3; ++c) left[static_cast<std::size_t>(c)] = -static_cast<float>(depth[c]);
-  for (float& x : left) x = portable_expf(x);
-  return {left[0], left[1], left[2]};
+  Eigen::Array4f out;
+  out << -depth.cast<float>().array(), 0;
+  return portable_expf(out).head<3>().matrix();
 }
 
 // Adds the optical depth of what lies in `span` before `reach`.
