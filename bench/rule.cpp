@@ -46,9 +46,9 @@ struct Snow {
   const kernels::TraceGrid& grid;
   const kernels::SurfaceField* surface;  // null: balls
 
-  void trace(RayStream& rays, RayKind kind, bool packets, const float* widest, std::size_t most) const {
+  void trace(RayStream& rays, RayKind kind, bool packets, const float* most_cells, std::size_t most) const {
     kernels::TraceGrid view = grid;
-    if (widest != nullptr) view.widest_packet = *widest;
+    if (most_cells != nullptr) view.cells_per_ray = *most_cells;
     const bool any = kind == RayKind::shadow;
     for (std::size_t i = 0; i < rays.size(); i += most) {
       const std::size_t end = std::min(i + most, rays.size());
@@ -120,9 +120,9 @@ struct Measured {
 Measured measure(const Snow& snow, const RayStream& rays, RayKind kind, int repeats) {
   Measured m;
   for (int repeat = 0; repeat <= repeats; ++repeat) {  // the first makes lists, and counts for none
-    const auto timed = [&](Best& best, bool packets, const float* widest, std::size_t most) {
+    const auto timed = [&](Best& best, bool packets, const float* most_cells, std::size_t most) {
       RayStream going = rays;
-      const double seconds = seconds_of([&] { snow.trace(going, kind, packets, widest, most); });
+      const double seconds = seconds_of([&] { snow.trace(going, kind, packets, most_cells, most); });
       if (repeat > 0) best.add(seconds);
     };
     for (std::size_t w = 0; w < std::size(kWays); ++w)

@@ -307,4 +307,19 @@ FIRN_INLINE float greatest_lane(Floats a) {
   return a[0];
 }
 
+// The greatest lane of each of kLanes registers, in the lane of its number. Overwrites them.
+FIRN_INLINE Floats greatest_of_each(Floats (&a)[kLanes]) {
+#pragma GCC unroll 4
+  for (int half = kLanes / 2; half > 0; half /= 2) {
+    const Ints lanes = lane_numbers(), other = lanes & half;
+    // From a[i] in lanes without this bit, from a[i + half] in those with it.
+    const Ints same = lanes + (other != 0 ? splat_int(kLanes) : splat_int(0));
+#pragma GCC unroll 8
+    for (int i = 0; i < half; ++i)
+      a[i] =
+          max(__builtin_shuffle(a[i], a[i + half], same), __builtin_shuffle(a[i], a[i + half], same ^ half));
+  }
+  return a[0];
+}
+
 }  // namespace firn::kernels::FIRN_ISA

@@ -43,9 +43,8 @@ FIRN_INLINE Mask may_enter(Floats depth2, Floats along, Floats r, Floats reach) 
 // Whether along - sqrt(depth2) is a distance in (0, reach], by squares: all ways of asking for any hit ask
 // this.
 FIRN_INLINE Mask blocks(Floats depth2, Floats along, Floats reach) {
-  const Floats beyond = along - reach;
-  return less_equal(splat(0), depth2) & less(splat(0), along) & less(depth2, along * along) &
-         (less_equal(beyond, splat(0)) | less_equal(beyond * beyond, depth2));
+  const Floats beyond = max(along - reach, splat(0));
+  return less_equal(beyond * beyond, depth2) & less(splat(0), along) & less(depth2, along * along);
 }
 
 // One ray against a register of balls, whose sorted indices are particle(lane). A negative r2 is never hit;

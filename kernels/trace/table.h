@@ -53,9 +53,9 @@ struct TraceGrid {
   std::uint64_t list_room = 0;
   const BallBundle* strays = nullptr;  // too large or too far for the cells: every ray tests them
   std::uint64_t stray_bundles = 0;
-  // Cells across a packet of 64 coherent rays, beside the reach of what it may meet, beyond which its rays go
-  // by other ways. 0: what is fastest, by kind of ray; `firn-bench rule` asks for others.
-  float widest_packet = 0;
+  // Cells across a packet of coherent rays, for each ray, from which on its rays go by other ways. 0: what is
+  // fastest, by kind of ray; `firn-bench rule` asks for others.
+  float cells_per_ray = 0;
 };
 
 // Columns of rays. Directions are unit vectors. `t` is the reach on entry (m, may be infinite) and the

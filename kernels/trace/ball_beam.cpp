@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: MIT
+// Coherent rays against balls. Lists by centre do here: each ball is told once a beam, where lists by overlap
+// would have it once a cell. Of a slab's balls the planes of the beam's bounds leave few, which are sorted by
+// slice; of a slice's balls, nearest slice first, the planes of a packet's bounds leave fewer, and those are
+// broadcast against its rays. Rays that are not coherent go by wave.cpp.
+#include "kernels/trace/beam.h"
+
+namespace firn::kernels::FIRN_ISA {
+
+void closest(const TraceGrid&, const RayView&, std::size_t, std::size_t);   // wave.cpp
+void occluded(const TraceGrid&, const RayView&, std::size_t, std::size_t);  // wave.cpp
+
+namespace {
+
+// Balls of a slab within a beam's bounds: where they are, m, and their sorted indices.
+struct SeenBalls {
+  static constexpr int kMost = 1024;
+  float x[3][kMost + kLanes];
+  std::int32_t ball[kMost + kLanes];
+  int count = 0;
+
+  // Adds those in the mask behind n others; returns how many there are then.
+  FIRN_INLINE int add(Mask in, int n, const Heading& heading, Floats along, const Floats aside[2],
+                      Ints index) {
+    store_packed(x[heading.main] + n, in, along);
+    for (int side = 0; side < 2; ++side) store_packed(x[heading.side[side]] + n, in, aside[side]);
+    store_packed(ball + n, in, index);
+    return n + __builtin_popcount(static_cast<unsigned>(lane_bits(in)));
+  }
+};
+
+template <bool kAny>
+class BallBeam : public Beam<BallBeam<kAny>, kAny> {
+  using Base = Beam<BallBeam<kAny>, kAny>;
+
+ public:
+  BallBeam(const TraceGrid& grid, const RayView& rays)
+      : Base(grid, rays, grid.max_radius + kCellMargin * grid.cell) {}
+
+ private:
+  friend Base;
+  static constexpr float kCellsPerRay = kAny ? 2.5f : 1.5f;  // measured, docs/decisions/024
+  using Base::best_, Base::d_, Base::from_, Base::furthest_, Base::grid_, Base::heading_, Base::o_,
+      Base::particle_, Base::reach_;
+
+  void set_aside(int) {}
+  Packets meet(int slab, Packets packets, const Bounds<float>& hull, const CellRange& cells);
+  FIRN_INLINE Mask within(const Bounds<float>& bounds, Floats along, const Floats aside[2]) const;
+  void tell(int slab, Packets packets, const Bounds<float>& hull);
+  void show(int slab, Packets packets);
+  void sort_by_slice(int slab);
+  FIRN_INLINE int choose(int p, const SeenBalls& balls, int pairs);
+  void test(const SeenBalls& balls, int pairs);
+
+  // Registers of the sorted columns, to be told.
+  static constexpr int kMostRegisters = 256;
+  struct {
+    std::uint32_t begin;
+    int count;
+  } register_[kMostRegisters];
+  int registers_ = 0;
+  SeenBalls seen_, slice_[kBrickCells];
+  // Of a ball of a slice and a packet: number of the ball times kPackets, and the packet.
+  static constexpr int kMostPairs = 256;
+  std::int32_t pair_[kMostPairs + kLanes];
+  Floats along_[kMostPairs], depth2_[kMostPairs];  // of pairs that may meet
+  int blocked_[kPackets] = {};                     // rays, a bit each
+  Packets found_ = 0;                              // something in this slice
+};
+
+// Whether balls lie between the planes of the bounds.
+template <bool kAny>
+FIRN_INLINE Mask BallBeam<kAny>::within(const Bounds<float>& b, Floats along, const Floats aside[2]) const {
+  const Floats way = heading_.along(along) - b.from;
+  Mask in = all_lanes();
+  for (int side = 0; side < 2; ++side) {
+    in = in & less_equal(fma(way, splat(b.low_slope[side]), splat(b.low[side])), aside[side]) &
+         less_equal(aside[side], fma(way, splat(b.high_slope[side]), splat(b.high[side])));
+  }
+  return in;
+}
+
+// Which balls of the registers that were written down are within the hull.
+template <bool kAny>
+void BallBeam<kAny>::tell(int slab, Packets packets, const Bounds<float>& hull) {
+  const float* const column[3] = {grid_.x, grid_.y, grid_.z};
+  const float *const u = column[heading_.side[0]], *const v = column[heading_.side[1]],
+                     *const w = column[heading_.main];
+  int count = seen_.count;
+  for (int i = 0; i < registers_; ++i) {
+    const std::uint32_t begin = register_[i].begin;
+    const int some = register_[i].count;
+    const Floats along = load_some(w + begin, some, 0.f);
+    const Floats aside[2] = {load_some(u + begin, some, 0.f), load_some(v + begin, some, 0.f)};
+    const Mask in = mask_of_first(some) & within(hull, along, aside);
+    count = seen_.add(in, count, heading_, along, aside, lane_numbers() + static_cast<std::int32_t>(begin));
+    if (count > SeenBalls::kMost - kLanes) {
+      seen_.count = count;
+      show(slab, packets);
+      count = 0;
+    }
+  }
+  seen_.count = count;
+  registers_ = 0;
+}
+
+// Cells of a brick that follow one another are one run, so that registers are full; it is cheaper to tell
+// balls than cells.
+template <bool kAny>
+Packets BallBeam<kAny>::meet(int slab, Packets packets, const Bounds<float>& hull, const CellRange& cells) {
+  for_each_long_run(grid_, cells.low, cells.high, [&](std::uint32_t begin, std::uint32_t end) {
+    for (; begin < end; begin += kLanes) {
+      __builtin_prefetch(grid_.x + begin);
+      __builtin_prefetch(grid_.y + begin);
+      __builtin_prefetch(grid_.z + begin);
+      register_[registers_++] = {begin, end - begin < kLanes ? static_cast<int>(end - begin) : kLanes};
+      if (registers_ == kMostRegisters) tell(slab, packets, hull);
+    }
+  });
+  tell(slab, packets, hull);
+  show(slab, packets);
+  return 0;
+}
+
+template <bool kAny>
+void BallBeam<kAny>::sort_by_slice(int slab) {
+  const float first = this->plane(slab);
+  int counts[kBrickCells] = {};
+  for (int from = 0; from < seen_.count; from += kLanes) {
+    const Floats along = load(seen_.x[heading_.main] + from);
+    const Floats aside[2] = {load(seen_.x[heading_.side[0]] + from), load(seen_.x[heading_.side[1]] + from)};
+    const Mask here = mask_of_first(seen_.count - from < kLanes ? seen_.count - from : kLanes);
+    const Floats at = (heading_.along(along) - first) * grid_.inv_cell;
+    const Mask before[kBrickCells] = {less(at, splat(1)), less(at, splat(2)), less(at, splat(3)),
+                                      all_lanes()};
+    for (int k = 0; k < kBrickCells; ++k) {
+      const Mask its = here & (k > 0 ? before[k] & !before[k - 1] : before[k]);
+      counts[k] = slice_[k].add(its, counts[k], heading_, along, aside, load(seen_.ball + from));
+    }
+  }
+  seen_.count = 0;
+  for (int k = 0; k < kBrickCells; ++k) slice_[k].count = counts[k];
+}
+
+// The packets meet what was seen, slice by slice.
+template <bool kAny>
+void BallBeam<kAny>::show(int slab, Packets packets) {
+  sort_by_slice(slab);
+  for (int k = 0; k < kBrickCells; ++k) {
+    if (slice_[k].count == 0) continue;
+    const Mask come = less_equal(splat(this->plane(slab + k) - reach_), load(furthest_));
+    const Packets here = packets & static_cast<Packets>(lane_bits(come));
+    if (here == 0) continue;
+    found_ = 0;
+    int pairs = 0;
+    for_each_packet(here, [&](int p) { pairs = choose(p, slice_[k], pairs); });
+    test(slice_[k], pairs);
+    for_each_packet(kAny ? here : 0, [&](int p) {
+      const Mask blocked = mask_of_bits(blocked_[p]) & this->live(p);
+      best_[p] = select(blocked, splat(kBlocked), best_[p]);
+      found_ |= static_cast<Packets>(any(blocked)) << p;
+      blocked_[p] = 0;
+    });
+    for_each_packet(found_, [&](int p) { this->shorten(p); });
+  }
+}
+
+// Pairs of the packet and those balls that are within its bounds, behind `pairs` others; returns how many
+// there are then.
+template <bool kAny>
+FIRN_INLINE int BallBeam<kAny>::choose(int p, const SeenBalls& balls, int pairs) {
+  const Bounds<float> bounds = this->bounds_of(p);
+  const float *const along = balls.x[heading_.main], *const aside[2] = {balls.x[heading_.side[0]],
+                                                                        balls.x[heading_.side[1]]};
+  for (int from = 0; from < balls.count; from += kLanes) {
+    if (pairs > kMostPairs - kLanes) {
+      test(balls, pairs);
+      pairs = 0;
+    }
+    const Floats beside[2] = {load(aside[0] + from), load(aside[1] + from)};
+    const Mask in = mask_of_first(balls.count - from < kLanes ? balls.count - from : kLanes) &
+                    within(bounds, load(along + from), beside);
+    store_packed(pair_ + pairs, in, (lane_numbers() + from) * kPackets + p);
+    pairs += __builtin_popcount(static_cast<unsigned>(lane_bits(in)));
+  }
+  return pairs;
+}
+
+// Whether a ball is met is asked first, where it is entered later: so no branch hangs on each.
+template <bool kAny>
+void BallBeam<kAny>::test(const SeenBalls& balls, int pairs) {
+  int met = 0;
+  const bool even = grid_.radius == nullptr;
+  Floats r = splat(grid_.max_radius), r2 = r * r;
+  for (int i = 0; i < pairs; ++i) {
+    const unsigned pair = static_cast<unsigned>(pair_[i]), p = pair % kPackets, k = pair / kPackets;
+    const Floats c[3] = {balls.x[0][k] - o_[0][p], balls.x[1][k] - o_[1][p], balls.x[2][k] - o_[2][p]};
+    const Floats d[3] = {d_[0][p], d_[1][p], d_[2][p]};
+    if (!even) {
+      r = splat(grid_.radius[balls.ball[k]]);
+      r2 = r * abs(r);  // a negative radius is never hit
+    }
+    Floats along;
+    const Floats depth2 = project(c, d, r2, along);
+    if (kAny) {
+      blocked_[p] |= lane_bits(blocks(depth2, along, best_[p]));
+    } else {
+      along_[met] = along;
+      depth2_[met] = depth2;
+      pair_[met] = pair_[i];
+      met += any(may_enter(depth2, along, r, best_[p]));
+    }
+  }
+  for (int i = 0; i < met; ++i) {
+    const unsigned pair = static_cast<unsigned>(pair_[i]), p = pair % kPackets;
+    const Ints index = splat_int(balls.ball[pair / kPackets]);
+    const Floats t = along_[i] - sqrt(depth2_[i]);  // NaN where missed: every comparison is then false
+    // Flipping the sign bit orders unsigned indices as signed ones.
+    const Mask lower = less(index ^ INT32_MIN, particle_[p] ^ INT32_MIN);
+    const Mask nearer = less(splat(0), t) & (less(t, best_[p]) | (less_equal(t, best_[p]) & lower));
+    best_[p] = select(nearer, t, best_[p]);
+    particle_[p] = select(nearer, index, particle_[p]);
+    found_ |= static_cast<Packets>(any(nearer)) << p;
+  }
+}
+
+template <bool kAny>
+void trace_coherent(const TraceGrid& grid, const RayView& rays, std::size_t begin, std::size_t end) {
+  BallBeam<kAny> beam(grid, rays);
+  trace_in_beams(beam, begin, end, [&](std::size_t from, std::size_t to) {
+    (kAny ? occluded : closest)(grid, rays, from, to);
+  });
+}
+
+}  // namespace
+
+void closest_coherent(const TraceGrid& grid, const RayView& rays, std::size_t begin, std::size_t end) {
+  trace_coherent<false>(grid, rays, begin, end);
+}
+void occluded_coherent(const TraceGrid& grid, const RayView& rays, std::size_t begin, std::size_t end) {
+  trace_coherent<true>(grid, rays, begin, end);
+}
+
+}  // namespace firn::kernels::FIRN_ISA
