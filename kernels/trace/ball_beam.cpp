@@ -46,19 +46,11 @@ class BallBeam : public Beam<BallBeam<kAny>, kAny> {
   void set_aside(int) {}
   Packets meet(int slab, Packets packets, const Bounds<float>& hull, const CellRange& cells);
   FIRN_INLINE Mask within(const Bounds<float>& bounds, Floats along, const Floats aside[2]) const;
-  void tell(int slab, Packets packets, const Bounds<float>& hull);
   void show(int slab, Packets packets);
   void sort_by_slice(int slab);
   FIRN_INLINE int choose(int p, const SeenBalls& balls, int pairs);
   void test(const SeenBalls& balls, int pairs);
 
-  // Registers of the sorted columns, to be told.
-  static constexpr int kMostRegisters = 256;
-  struct {
-    std::uint32_t begin;
-    int count;
-  } register_[kMostRegisters];
-  int registers_ = 0;
   SeenBalls seen_, slice_[kBrickCells];
   // Of a ball of a slice and a packet: number of the ball times kPackets, and the packet.
   static constexpr int kMostPairs = 256;
@@ -80,16 +72,15 @@ FIRN_INLINE Mask BallBeam<kAny>::within(const Bounds<float>& b, Floats along, co
   return in;
 }
 
-// Which balls of the registers that were written down are within the hull.
+// Cells of a brick that follow one another are one run, so that registers are full; it is cheaper to tell
+// balls than cells.
 template <bool kAny>
-void BallBeam<kAny>::tell(int slab, Packets packets, const Bounds<float>& hull) {
+Packets BallBeam<kAny>::meet(int slab, Packets packets, const Bounds<float>& hull, const CellRange& cells) {
   const float* const column[3] = {grid_.x, grid_.y, grid_.z};
   const float *const u = column[heading_.side[0]], *const v = column[heading_.side[1]],
                      *const w = column[heading_.main];
-  int count = seen_.count;
-  for (int i = 0; i < registers_; ++i) {
-    const std::uint32_t begin = register_[i].begin;
-    const int some = register_[i].count;
+  int count = 0;
+  for_each_register_in(grid_, cells.low, cells.high, [&](std::uint32_t begin, int some) {
     const Floats along = load_some(w + begin, some, 0.f);
     const Floats aside[2] = {load_some(u + begin, some, 0.f), load_some(v + begin, some, 0.f)};
     const Mask in = mask_of_first(some) & within(hull, along, aside);
@@ -99,25 +90,8 @@ void BallBeam<kAny>::tell(int slab, Packets packets, const Bounds<float>& hull) 
       show(slab, packets);
       count = 0;
     }
-  }
-  seen_.count = count;
-  registers_ = 0;
-}
-
-// Cells of a brick that follow one another are one run, so that registers are full; it is cheaper to tell
-// balls than cells.
-template <bool kAny>
-Packets BallBeam<kAny>::meet(int slab, Packets packets, const Bounds<float>& hull, const CellRange& cells) {
-  for_each_long_run(grid_, cells.low, cells.high, [&](std::uint32_t begin, std::uint32_t end) {
-    for (; begin < end; begin += kLanes) {
-      __builtin_prefetch(grid_.x + begin);
-      __builtin_prefetch(grid_.y + begin);
-      __builtin_prefetch(grid_.z + begin);
-      register_[registers_++] = {begin, end - begin < kLanes ? static_cast<int>(end - begin) : kLanes};
-      if (registers_ == kMostRegisters) tell(slab, packets, hull);
-    }
   });
-  tell(slab, packets, hull);
+  seen_.count = count;
   show(slab, packets);
   return 0;
 }
@@ -138,7 +112,6 @@ void BallBeam<kAny>::sort_by_slice(int slab) {
       counts[k] = slice_[k].add(its, counts[k], heading_, along, aside, load(seen_.ball + from));
     }
   }
-  seen_.count = 0;
   for (int k = 0; k < kBrickCells; ++k) slice_[k].count = counts[k];
 }
 

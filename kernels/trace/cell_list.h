@@ -70,6 +70,33 @@ FIRN_INLINE void for_each_long_run(const TraceGrid& grid, const int low[3], cons
   }
 }
 
+// Calls each(begin, count) for each register of those sorted balls, after all of a hundred were asked for: so
+// that no branch waits for memory.
+template <class Each>
+FIRN_INLINE void for_each_register_in(const TraceGrid& grid, const int low[3], const int high[3],
+                                      Each&& each) {
+  constexpr int kMost = 128;
+  struct {
+    std::uint32_t begin;
+    int count;
+  } registers[kMost];
+  int n = 0;
+  const auto call = [&]() FIRN_INLINE_LAMBDA {
+    for (int i = 0; i < n; ++i) each(registers[i].begin, registers[i].count);
+    n = 0;
+  };
+  for_each_long_run(grid, low, high, [&](std::uint32_t begin, std::uint32_t end) {
+    for (; begin < end; begin += kLanes) {
+      __builtin_prefetch(grid.x + begin);
+      __builtin_prefetch(grid.y + begin);
+      __builtin_prefetch(grid.z + begin);
+      registers[n++] = {begin, end - begin < kLanes ? static_cast<int>(end - begin) : kLanes};
+      if (n == kMost) call();
+    }
+  });
+  call();
+}
+
 FIRN_INLINE int cells_reached(const TraceGrid& grid) {
   return static_cast<int>(grid.max_radius * grid.inv_cell + kCellMargin) + 1;
 }
