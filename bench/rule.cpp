@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // firn-bench rule: is the right kernel asked? Camera rays, shadow rays to one light and bounce rays, in tiles
-// of 8x8 pixels, each kind by packets of 64, all together and one by one, against balls and against the
+// of 8x8 pixels, each kind by packets, all together and one by one, against balls and against the
 // smooth surface: and as the renderer has it. Packets have no greatest width here but where the rule decides.
 #include "bench/rule.h"
 

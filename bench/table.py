@@ -109,7 +109,7 @@ def rule_rows(runs):
 
 
 RULE_WAYS = ["packets", "together", "single", "rule"]
-RULE_HEAD = ["run", "snow", "rays", "spacings a pixel", "packets of 64, M rays/s", "together", "one by one",
+RULE_HEAD = ["run", "snow", "rays", "spacings a pixel", "packets, M rays/s", "together", "one by one",
              "the rule", "it loses"]
 
 

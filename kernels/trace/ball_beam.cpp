@@ -40,8 +40,8 @@ class BallBeam : public Beam<BallBeam<kAny>, kAny> {
  private:
   friend Base;
   static constexpr float kCellsPerRay = kAny ? 2.5f : 1.5f;  // measured, docs/decisions/024
-  using Base::best_, Base::d_, Base::from_, Base::furthest_, Base::grid_, Base::heading_, Base::o_,
-      Base::particle_, Base::reach_;
+  using Base::best_, Base::d_, Base::from_, Base::furthest_, Base::grid_, Base::heading_, Base::kRegisters,
+      Base::o_, Base::particle_, Base::reach_;
 
   void set_aside(int) {}
   Packets meet(int slab, Packets packets, const Bounds<float>& hull, const CellRange& cells);
@@ -55,9 +55,11 @@ class BallBeam : public Beam<BallBeam<kAny>, kAny> {
   // Of a ball of a slice and a packet: number of the ball times kPackets, and the packet.
   static constexpr int kMostPairs = 256;
   std::int32_t pair_[kMostPairs + kLanes];
-  Floats along_[kMostPairs], depth2_[kMostPairs];  // of pairs that may meet
-  int blocked_[kPackets] = {};                     // rays, a bit each
-  Packets found_ = 0;                              // something in this slice
+  // Of a ball and a register of rays that may meet: number of the ball times kRegisters, and the register.
+  std::int32_t met_[kMostPairs * kParts];
+  Floats along_[kMostPairs * kParts], depth2_[kMostPairs * kParts];
+  int blocked_[kRegisters] = {};  // rays, a bit each
+  Packets found_ = 0;             // something in this slice
 };
 
 // Whether balls lie between the planes of the bounds.
@@ -129,10 +131,12 @@ void BallBeam<kAny>::show(int slab, Packets packets) {
     for_each_packet(here, [&](int p) { pairs = choose(p, slice_[k], pairs); });
     test(slice_[k], pairs);
     for_each_packet(kAny ? here : 0, [&](int p) {
-      const Mask blocked = mask_of_bits(blocked_[p]) & this->live(p);
-      best_[p] = select(blocked, splat(kBlocked), best_[p]);
-      found_ |= static_cast<Packets>(any(blocked)) << p;
-      blocked_[p] = 0;
+      for_each_part(p, [&](int i) {
+        const Mask blocked = mask_of_bits(blocked_[i]) & this->live(i);
+        best_[i] = select(blocked, splat(kBlocked), best_[i]);
+        found_ |= static_cast<Packets>(any(blocked)) << p;
+        blocked_[i] = 0;
+      });
     });
     for_each_packet(found_, [&](int p) { this->shorten(p); });
   }
@@ -165,35 +169,37 @@ void BallBeam<kAny>::test(const SeenBalls& balls, int pairs) {
   int met = 0;
   const bool even = grid_.radius == nullptr;
   Floats r = splat(grid_.max_radius), r2 = r * r;
-  for (int i = 0; i < pairs; ++i) {
-    const unsigned pair = static_cast<unsigned>(pair_[i]), p = pair % kPackets, k = pair / kPackets;
-    const Floats c[3] = {balls.x[0][k] - o_[0][p], balls.x[1][k] - o_[1][p], balls.x[2][k] - o_[2][p]};
-    const Floats d[3] = {d_[0][p], d_[1][p], d_[2][p]};
+  for (int n = 0; n < pairs; ++n) {
+    const unsigned pair = static_cast<unsigned>(pair_[n]), k = pair / kPackets;
     if (!even) {
       r = splat(grid_.radius[balls.ball[k]]);
       r2 = r * abs(r);  // a negative radius is never hit
     }
-    Floats along;
-    const Floats depth2 = project(c, d, r2, along);
-    if (kAny) {
-      blocked_[p] |= lane_bits(blocks(depth2, along, best_[p]));
-    } else {
-      along_[met] = along;
-      depth2_[met] = depth2;
-      pair_[met] = pair_[i];
-      met += any(may_enter(depth2, along, r, best_[p]));
-    }
+    for_each_part(static_cast<int>(pair % kPackets), [&](int i) {
+      const Floats c[3] = {balls.x[0][k] - o_[0][i], balls.x[1][k] - o_[1][i], balls.x[2][k] - o_[2][i]};
+      const Floats d[3] = {d_[0][i], d_[1][i], d_[2][i]};
+      Floats along;
+      const Floats depth2 = project(c, d, r2, along);
+      if (kAny) {
+        blocked_[i] |= lane_bits(blocks(depth2, along, best_[i]));
+      } else {
+        along_[met] = along;
+        depth2_[met] = depth2;
+        met_[met] = static_cast<std::int32_t>(k * kRegisters) + i;
+        met += any(may_enter(depth2, along, r, best_[i]));
+      }
+    });
   }
-  for (int i = 0; i < met; ++i) {
-    const unsigned pair = static_cast<unsigned>(pair_[i]), p = pair % kPackets;
-    const Ints index = splat_int(balls.ball[pair / kPackets]);
-    const Floats t = along_[i] - sqrt(depth2_[i]);  // NaN where missed: every comparison is then false
+  for (int n = 0; n < met; ++n) {
+    const unsigned pair = static_cast<unsigned>(met_[n]), i = pair % kRegisters;
+    const Ints index = splat_int(balls.ball[pair / kRegisters]);
+    const Floats t = along_[n] - sqrt(depth2_[n]);  // NaN where missed: every comparison is then false
     // Flipping the sign bit orders unsigned indices as signed ones.
-    const Mask lower = less(index ^ INT32_MIN, particle_[p] ^ INT32_MIN);
-    const Mask nearer = less(splat(0), t) & (less(t, best_[p]) | (less_equal(t, best_[p]) & lower));
-    best_[p] = select(nearer, t, best_[p]);
-    particle_[p] = select(nearer, index, particle_[p]);
-    found_ |= static_cast<Packets>(any(nearer)) << p;
+    const Mask lower = less(index ^ INT32_MIN, particle_[i] ^ INT32_MIN);
+    const Mask nearer = less(splat(0), t) & (less(t, best_[i]) | (less_equal(t, best_[i]) & lower));
+    best_[i] = select(nearer, t, best_[i]);
+    particle_[i] = select(nearer, index, particle_[i]);
+    found_ |= static_cast<Packets>(any(nearer)) << i / kParts;
   }
 }
 

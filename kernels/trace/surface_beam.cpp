@@ -57,42 +57,42 @@ class SurfaceBeam : public Beam<SurfaceBeam<kAny>, kAny> {
  private:
   friend Base;
   static constexpr float kCellsPerRay = 1.5f;
-  using Base::best_, Base::d_, Base::entry_, Base::from_, Base::furthest_, Base::grid_, Base::live, Base::o_,
-      Base::particle_, Base::plane, Base::rays_, Base::reach_, Base::heading_;
+  using Base::best_, Base::d_, Base::entry_, Base::from_, Base::furthest_, Base::grid_, Base::kRegisters,
+      Base::live, Base::o_, Base::particle_, Base::plane, Base::rays_, Base::reach_, Base::heading_;
 
-  void set_aside(int p);
-  FIRN_INLINE Mask begins_inside(int p, Mask lanes) const;
+  void set_aside(int i);
+  FIRN_INLINE Mask begins_inside(int i, Mask lanes) const;
   Packets meet(int slab, Packets packets, const Bounds<float>&, const CellRange&);
   FIRN_INLINE Packets meet_slice(int k, Packets packets);
   FIRN_INLINE bool test_loose(Packets packets, std::size_t place, const int cell[3]);
   FIRN_INLINE void test_surface(Packets packets, std::int32_t slot, const int cell[3], bool crossed);
-  FIRN_INLINE Mask rise(int p, const CellFill& fill, const Floats from[3], Mask lanes, Floats begin,
+  FIRN_INLINE Mask rise(int i, const CellFill& fill, const Floats from[3], Mask lanes, Floats begin,
                         Floats end, Floats& t) const;
-  FIRN_INLINE void note(int p, Mask hit, Floats t, std::uint32_t what);
+  FIRN_INLINE void note(int i, Mask hit, Floats t, std::uint32_t what);
 
   const SurfaceField& field_;
-  Floats inv_[3][kPackets];  // of the directions
-  int inside_[kPackets];     // rays that begin in the snow, a bit each
-  Packets found_ = 0;        // something in this slice
+  Floats inv_[3][kRegisters];  // of the directions
+  int inside_[kRegisters];     // rays that begin in the snow, a bit each
+  Packets found_ = 0;          // something in this slice
 };
 
 template <bool kAny>
-void SurfaceBeam<kAny>::set_aside(int p) {
+void SurfaceBeam<kAny>::set_aside(int i) {
   for (int a = 0; a < 3; ++a) {
-    const Mask flat = less(abs(d_[a][p]), splat(kFlat));
-    inv_[a][p] = select(flat, copy_sign(splat(1 / kFlat), d_[a][p]), 1 / d_[a][p]);
+    const Mask flat = less(abs(d_[a][i]), splat(kFlat));
+    inv_[a][i] = select(flat, copy_sign(splat(1 / kFlat), d_[a][i]), 1 / d_[a][i]);
   }
-  inside_[p] = 0;
-  const Mask here = live(p) & less_equal(entry_[p], splat(0));  // begins in the grid
+  inside_[i] = 0;
+  const Mask here = live(i) & less_equal(entry_[i], splat(0));  // begins in the grid
   if (!any(here)) return;
-  const Mask inside = begins_inside(p, here);
-  inside_[p] = lane_bits(inside);
-  best_[p] = select(inside, splat(-1), best_[p]);
+  const Mask inside = begins_inside(i, here);
+  inside_[i] = lane_bits(inside);
+  best_[i] = select(inside, splat(-1), best_[i]);
 }
 
 template <bool kAny>
-FIRN_INLINE Mask SurfaceBeam<kAny>::begins_inside(int p, Mask lanes) const {
-  const Floats o[3] = {o_[0][p], o_[1][p], o_[2][p]};
+FIRN_INLINE Mask SurfaceBeam<kAny>::begins_inside(int i, Mask lanes) const {
+  const Floats o[3] = {o_[0][i], o_[1][i], o_[2][i]};
   const CellPoints points(grid_, o, lanes);
   if (!any(points.inside)) return points.inside;
   const Floats fill = points.corners(points.slot).of(field_.fill, points.inside);
@@ -100,20 +100,20 @@ FIRN_INLINE Mask SurfaceBeam<kAny>::begins_inside(int p, Mask lanes) const {
 }
 
 template <bool kAny>
-FIRN_INLINE void SurfaceBeam<kAny>::note(int p, Mask hit, Floats t, std::uint32_t what) {
-  best_[p] = select(hit, kAny ? splat(kBlocked) : t, best_[p]);
-  particle_[p] = select(hit, splat_int(static_cast<std::int32_t>(what)), particle_[p]);
-  found_ |= 1u << p;
+FIRN_INLINE void SurfaceBeam<kAny>::note(int i, Mask hit, Floats t, std::uint32_t what) {
+  best_[i] = select(hit, kAny ? splat(kBlocked) : t, best_[i]);
+  particle_[i] = select(hit, splat_int(static_cast<std::int32_t>(what)), particle_[i]);
+  found_ |= 1u << static_cast<unsigned>(i) / kParts;
 }
 
 // Lanes that are in the snow where they come into the cell or rise into it before `end`, and where (t).
 template <bool kAny>
-FIRN_INLINE Mask SurfaceBeam<kAny>::rise(int p, const CellFill& fill, const Floats from[3], Mask lanes,
+FIRN_INLINE Mask SurfaceBeam<kAny>::rise(int i, const CellFill& fill, const Floats from[3], Mask lanes,
                                          Floats begin, Floats end, Floats& t) const {
   const auto value = [&](Floats at) FIRN_INLINE_LAMBDA {
     Floats u[3];
     for (int a = 0; a < 3; ++a)
-      u[a] = min(max(fma(at, d_[a][p] * grid_.inv_cell, from[a]), splat(0)), splat(1));
+      u[a] = min(max(fma(at, d_[a][i] * grid_.inv_cell, from[a]), splat(0)), splat(1));
     return fill.at(u);
   };
   Floats t0 = begin, g0 = value(begin), ta = begin, ga = g0, tb = begin, gb = g0;
@@ -157,24 +157,24 @@ FIRN_INLINE void SurfaceBeam<kAny>::test_surface(Packets packets, std::int32_t s
   const CellFill fill(field_.fill + static_cast<std::size_t>(slot) * kBrickCorners +
                           ((cell[0] & 3) * kCornerSide + (cell[1] & 3)) * kCornerSide + (cell[2] & 3),
                       field_.level);
-  for_each_packet(packets, [&](int p) {
-    Floats begin = splat(0), end = best_[p];
+  for_each_register(packets, [&](int i) {
+    Floats begin = splat(0), end = best_[i];
     for (int a = 0; a < 3; ++a) {
-      const Floats first = (low[a] - o_[a][p]) * inv_[a][p];
-      const Floats second = (high[a] - o_[a][p]) * inv_[a][p];
+      const Floats first = (low[a] - o_[a][i]) * inv_[a][i];
+      const Floats second = (high[a] - o_[a][i]) * inv_[a][i];
       begin = max(begin, min(first, second));
       end = min(end, max(first, second));
     }
-    const Mask lanes = live(p) & less_equal(begin, end);
+    const Mask lanes = live(i) & less_equal(begin, end);
     if (!any(lanes)) return;
     Floats t = begin;
     Mask hit = lanes;
     if (crossed) {
       Floats from[3];
-      for (int a = 0; a < 3; ++a) from[a] = o_[a][p] * grid_.inv_cell - static_cast<float>(cell[a]);
-      hit = rise(p, fill, from, lanes, begin, end, t);
+      for (int a = 0; a < 3; ++a) from[a] = o_[a][i] * grid_.inv_cell - static_cast<float>(cell[a]);
+      hit = rise(i, fill, from, lanes, begin, end, t);
     }
-    if (any(hit)) note(p, hit, t, kSurfaceHit);
+    if (any(hit)) note(i, hit, t, kSurfaceHit);
   });
 }
 
@@ -185,22 +185,22 @@ FIRN_INLINE bool SurfaceBeam<kAny>::test_loose(Packets packets, std::size_t plac
   if (word == kNoList) return false;
   const std::size_t count = word & kMostListed;
   const float* list = grid_.lists + static_cast<std::size_t>(word >> 8) * kListUnit;
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t k = 0; k < count; ++k) {
     const Floats r2 =
-        splat(grid_.radius != nullptr ? list[4 * count + i] : grid_.max_radius * grid_.max_radius);
+        splat(grid_.radius != nullptr ? list[4 * count + k] : grid_.max_radius * grid_.max_radius);
     std::int32_t index;
-    __builtin_memcpy(&index, list + 3 * count + i, sizeof index);
-    for_each_packet(packets, [&](int p) {
-      const Floats c[3] = {list[i] - o_[0][p], list[count + i] - o_[1][p], list[2 * count + i] - o_[2][p]};
-      const Floats d[3] = {d_[0][p], d_[1][p], d_[2][p]};
+    __builtin_memcpy(&index, list + 3 * count + k, sizeof index);
+    for_each_register(packets, [&](int i) {
+      const Floats c[3] = {list[k] - o_[0][i], list[count + k] - o_[1][i], list[2 * count + k] - o_[2][i]};
+      const Floats d[3] = {d_[0][i], d_[1][i], d_[2][i]};
       Floats along;
       const Floats depth2 = project(c, d, r2, along);
       if (!any(less_equal(splat(0), depth2))) return;
       const Floats t = along - sqrt(depth2);  // NaN where missed: every comparison is then false
       // Flipping the sign bit orders unsigned indices as signed ones.
-      const Mask lower = less(splat_int(index) ^ INT32_MIN, particle_[p] ^ INT32_MIN);
-      const Mask nearer = less(splat(0), t) & (less(t, best_[p]) | (less_equal(t, best_[p]) & lower));
-      if (any(nearer)) note(p, nearer, t, static_cast<std::uint32_t>(index));
+      const Mask lower = less(splat_int(index) ^ INT32_MIN, particle_[i] ^ INT32_MIN);
+      const Mask nearer = less(splat(0), t) & (less(t, best_[i]) | (less_equal(t, best_[i]) & lower));
+      if (any(nearer)) note(i, nearer, t, static_cast<std::uint32_t>(index));
     });
   }
   return true;
@@ -277,11 +277,13 @@ Packets SurfaceBeam<kAny>::trace(std::size_t begin, int count) {
   const Packets declined = Base::trace(begin, count);
   for (int p = 0; p < count; ++p) {
     if ((declined >> p & 1) != 0) continue;
-    for (int left = inside_[p]; left != 0; left &= left - 1) {
-      const std::size_t i =
-          begin + static_cast<std::size_t>(p * kLanes + __builtin_ctz(static_cast<unsigned>(left)));
-      (kAny ? surface_occluded : surface_closest)(grid_, field_, rays_, i, i + 1);
-    }
+    for_each_part(p, [&](int i) {
+      for (int left = inside_[i]; left != 0; left &= left - 1) {
+        const std::size_t ray =
+            begin + static_cast<std::size_t>(i * kLanes + __builtin_ctz(static_cast<unsigned>(left)));
+        (kAny ? surface_occluded : surface_closest)(grid_, field_, rays_, ray, ray + 1);
+      }
+    });
   }
   return declined;
 }
