@@ -88,7 +88,7 @@ class RayPackets {
             {high_slope_[0][p], high_slope_[1][p]}};
   }
   // Takes a register of rays, strays first; then each ray is moved to the grid.
-  void load_rays(int i);
+  FIRN_INLINE void load_rays(int i);
   // Chooses the axis that the first of these packets goes along most, draws bounds for those that go along it
   // the same way and returns them. Declines those whose rays do not all do so.
   Packets heading_along(Packets packets);
@@ -123,7 +123,7 @@ class RayPackets {
 };
 
 template <bool kAny>
-void RayPackets<kAny>::load_rays(int i) {
+FIRN_INLINE void RayPackets<kAny>::load_rays(int i) {
   const std::size_t from = first_ray(i);
   const Ints none = splat_int(static_cast<std::int32_t>(kNoHit));
   store(hits(i), none);
