@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cmath>
 #include <cstdio>
 #include <utility>
 
@@ -34,27 +35,59 @@ std::int32_t ahead(std::int32_t x, float v, float lead) {
   return x + static_cast<std::int32_t>(v * (lead * kernels::kOneCell));
 }
 
-// What the scratch column holds between two passes of a sort: the particle's number in its old block, and the
-// cell of its new block that it goes to.
-constexpr int kCellIndexBits = 6;
-constexpr std::uint32_t kCellMask = kernels::kBlockNodes - 1;
-constexpr std::size_t kMostInBlock = std::size_t{1} << (32 - kCellIndexBits);
-static_assert(kernels::kBlockNodes == 1 << kCellIndexBits);
+// A place inside a block, in quarters of a cell, an axis after the other.
+constexpr int kQuarterBits = 4;
+constexpr int kPlaceBits = 3 * kQuarterBits;
+constexpr std::int32_t kQuarters = 1 << kQuarterBits;
+static_assert(kQuarters == 4 * 4);
 
-// Where particles [begin, end) of one block go: the neighbour, then the cell in it.
+std::int32_t quarter_in_block(std::int32_t x) { return x >> (kInBlock - kQuarterBits) & (kQuarters - 1); }
+
+// That of the greatest motion; z, on which a tile's nodes follow one another, if there is none.
+int main_axis(const float (&motion)[3]) {
+  int main = 2;
+  for (const int axis : {1, 0}) {
+    if (motion[axis] > motion[main]) main = axis;
+  }
+  return main;
+}
+
+// What the scratch column holds between two passes of a sort: the particle's number in its old block, and its
+// place in the new one.
+constexpr std::uint32_t kPlaceMask = (1u << kPlaceBits) - 1;
+constexpr std::size_t kMostInBlock = std::size_t{1} << (32 - kPlaceBits);
+
+// Where particles [begin, end) of one block go: the neighbour, then the place in it.
 void find_destinations(const kernels::ParticleView& p, std::size_t begin, std::size_t end, float lead,
-                       std::uint16_t* out) {
+                       std::uint32_t* out) {
   for (std::size_t i = begin; i < end; ++i) {
-    std::int32_t block = 0, cell = 0;
+    std::int32_t block = 0, place = 0;
     for (int axis = 0; axis < 3; ++axis) {
       const std::int32_t x = ahead(p.x[axis][i], p.v[axis][i], lead);
       block = 3 * block + (x >> kInBlock) + 1;
-      cell = 4 * cell + (x >> kernels::kCellBits & 3);
+      place = place << kQuarterBits | quarter_in_block(x);
     }
     assert(block >= 0 && block < kernels::kNeighbours);
-    out[i - begin] = static_cast<std::uint16_t>(block * kernels::kBlockNodes + cell);
+    out[i - begin] = static_cast<std::uint32_t>(block << kPlaceBits | place);
   }
 }
+
+// The rows of a block's cells along one axis: a row's particles follow one another by the quarters of its
+// four cells.
+class Rows {
+ public:
+  static constexpr std::size_t kCount = 16 * kQuarters;
+  explicit Rows(int axis) : along_(shift(axis)), across_{shift(axis == 0), shift(axis == 2 ? 1 : 2)} {}
+
+  std::size_t operator()(std::uint32_t place) const {
+    const auto quarter = [&](int at) { return place >> at & (kQuarters - 1); };
+    return ((quarter(across_[0]) >> 2) * 4 + (quarter(across_[1]) >> 2)) * kQuarters + quarter(along_);
+  }
+
+ private:
+  static int shift(int axis) { return (2 - axis) * kQuarterBits; }
+  int along_, across_[2];
+};
 
 }  // namespace
 
@@ -117,16 +150,16 @@ void BlockSorter::group_by_destination(ParticleColumns& particles, const Particl
       throw Error(ExitCode::unstable, "",
                   std::to_string(count) + " particles share one block of 4x4x4 cells");
     }
-    thread_local std::vector<std::uint16_t> destination;
+    thread_local std::vector<std::uint32_t> destination;
     destination.resize(count);
     find_destinations(p, begin, end, lead, destination.data());
     if (leavers.may_lose && leavers.may_lose(blocks.coord[b])) {
       for (std::size_t i = begin; i < end; ++i) {
         const std::int32_t x[3] = {p.x[0][i], p.x[1][i], p.x[2][i]};
-        if (leavers.is_gone(blocks.coord[b], x)) destination[i - begin] = kGone * kernels::kBlockNodes;
+        if (leavers.is_gone(blocks.coord[b], x)) destination[i - begin] = kGone << kPlaceBits;
       }
     }
-    const auto where = [&](std::size_t k) { return destination[k] / kernels::kBlockNodes; };
+    const auto where = [&](std::size_t k) { return destination[k] >> kPlaceBits; };
     std::array<std::size_t, kGone + 2> at{};  // counts, then where the next particle of a destination goes
     for (std::size_t k = 0; k < count; ++k) ++at[where(k) + 1];
     at[0] = begin;
@@ -140,8 +173,7 @@ void BlockSorter::group_by_destination(ParticleColumns& particles, const Particl
                        begin, at[n], at[n + 1]});
     }
     for (std::size_t k = 0; k < count; ++k) {
-      grouped[at[where(k)]++] =
-          static_cast<std::uint32_t>(k) << kCellIndexBits | (destination[k] & kCellMask);
+      grouped[at[where(k)]++] = static_cast<std::uint32_t>(k) << kPlaceBits | (destination[k] & kPlaceMask);
     }
   });
 }
@@ -179,22 +211,28 @@ void BlockSorter::cut_new_blocks(ParticleBlocks& blocks) {
   first_flow_.push_back(flows_.size());
 }
 
-void BlockSorter::order_cells(ParticleColumns& particles, const ParticleBlocks& blocks) {
+void BlockSorter::order_rows(ParticleColumns& particles, const ParticleBlocks& blocks) {
+  const kernels::ParticleView p = particles.view();
   const std::uint32_t* const grouped = particles.scratch();
   order_.resize(blocks.begin.back());
   parallel_for(blocks.size(), 4, [&](std::size_t b) {
-    const auto for_each = [&](auto&& f) {  // old number, new cell
+    const auto for_each = [&](auto&& f) {  // old number, place in the new block
       for (std::size_t k = first_flow_[b]; k < first_flow_[b + 1]; ++k) {
         const Flow& flow = flows_[k];
         for (std::size_t i = flow.begin; i < flow.end; ++i)
-          f(static_cast<std::uint32_t>(flow.first + (grouped[i] >> kCellIndexBits)), grouped[i] & kCellMask);
+          f(static_cast<std::uint32_t>(flow.first + (grouped[i] >> kPlaceBits)), grouped[i] & kPlaceMask);
       }
     };
-    std::array<std::size_t, kernels::kBlockNodes + 1> at{};
-    for_each([&](std::uint32_t, std::uint32_t cell) { ++at[cell + 1]; });
+    float motion[3] = {0, 0, 0};
+    for_each([&](std::uint32_t particle, std::uint32_t) {
+      for (int axis = 0; axis < 3; ++axis) motion[axis] += std::fabs(p.v[axis][particle]);
+    });
+    const Rows row(main_axis(motion));
+    std::array<std::size_t, Rows::kCount + 1> at{};
+    for_each([&](std::uint32_t, std::uint32_t place) { ++at[row(place) + 1]; });
     at[0] = blocks.begin[b];
-    for (int c = 0; c < kernels::kBlockNodes; ++c) at[c + 1] += at[c];
-    for_each([&](std::uint32_t particle, std::uint32_t cell) { order_[at[cell]++] = particle; });
+    for (std::size_t r = 0; r < Rows::kCount; ++r) at[r + 1] += at[r];
+    for_each([&](std::uint32_t particle, std::uint32_t place) { order_[at[row(place)]++] = particle; });
   });
 }
 
@@ -203,7 +241,7 @@ std::size_t BlockSorter::sort(ParticleColumns& particles, ParticleBlocks& blocks
   const std::size_t before = particles.size();
   group_by_destination(particles, blocks, leavers, lead);
   cut_new_blocks(blocks);
-  order_cells(particles, blocks);
+  order_rows(particles, blocks);
   particles.permute(order_);
   const kernels::ParticleView p = particles.view();
   parallel_chunks(particles.size(), 16384, [&](std::size_t, std::size_t begin, std::size_t end) {

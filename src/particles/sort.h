@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Puts particles into the order of their blocks, and of their cells within a block; ties keep their old
+// Puts particles into the order of their blocks, and within a block of their cells; ties keep their old
 // order, so the order is total and the same for any number of threads. Positions are fixed point: sorting
 // changes no particle's place.
 #pragma once
@@ -18,9 +18,9 @@ struct LatticePoint {
   std::int64_t x, y, z;
 };
 
-// First sort: gives the order of `count` points (fewer than 2^32), fills the blocks. `place` is asked more
-// than once for a point, so that they need not be kept. Throws a usage Error for points beyond the
-// addressable blocks, `dx` (m) being what the message needs.
+// First sort, by blocks and cells: gives the order of `count` points (fewer than 2^32), fills the blocks.
+// `place` is asked more than once for a point, so that they need not be kept. Throws a usage Error for points
+// beyond the addressable blocks, `dx` (m) being what the message needs.
 std::vector<std::uint32_t> place_in_blocks(std::size_t count,
                                            const std::function<LatticePoint(std::size_t)>& place, double dx,
                                            ParticleBlocks& blocks);
@@ -34,9 +34,12 @@ struct Leavers {
 
 // Sorts again after drift, into the blocks and cells where the particles will be: `lead` (cells per m/s)
 // times v, at most one cell, further on. So snow that moves drifts through its block's margin from one side
-// to the other, which takes twice as long, and is in the best order half-way. Positions and places ahead must
-// be within one block of the block's own cells. Returns how many left; throws an unstable Error when snow
-// reaches the end of the addressable world or 2^26 particles share one block.
+// to the other, which takes twice as long, and is in the best order half-way. A block's cells are in rows on
+// the axis on which its snow moves most, a row's particles by the quarter of the cell that they are in: what
+// drifts over into the row's next cell stays beside that cell's own, so the transfers, which load and flush a
+// cell for each run of its particles, go on finding long runs. Positions and places ahead must be within one
+// block of the block's own cells. Returns how many left; throws an unstable Error when snow reaches the end
+// of the addressable world or 2^20 particles share one block.
 class BlockSorter {
  public:
   std::size_t sort(ParticleColumns& particles, ParticleBlocks& blocks, const Leavers& leavers, float lead);
@@ -52,7 +55,7 @@ class BlockSorter {
   };
   void group_by_destination(ParticleColumns&, const ParticleBlocks&, const Leavers&, float lead);
   void cut_new_blocks(ParticleBlocks& blocks);
-  void order_cells(ParticleColumns&, const ParticleBlocks&);
+  void order_rows(ParticleColumns&, const ParticleBlocks&);
 
   std::vector<std::uint32_t> order_;
   std::vector<std::vector<Flow>> flows_of_block_;
