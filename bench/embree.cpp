@@ -255,6 +255,8 @@ std::vector<std::string> EmbreeScene::ways() {
   return names;
 }
 
+std::vector<std::string> EmbreeScene::single_ray_ways() { return {kWays[0].name}; }
+
 void EmbreeScene::trace(std::size_t way, RayKind kind, const RayView& rays, std::size_t begin,
                         std::size_t end) const {
   Query query(kWays[way].coherent);

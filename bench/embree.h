@@ -28,6 +28,7 @@ class EmbreeScene {
 
   // Rays alone, in packets of 8 and 16, in a stream; told to be coherent or not.
   static std::vector<std::string> ways();
+  static std::vector<std::string> single_ray_ways();  // the first of them
   // Origins are as in `rays`; rays[..].hit becomes the hit's primID.
   void trace(std::size_t way, RayKind kind, const kernels::RayView& rays, std::size_t begin,
              std::size_t end) const;

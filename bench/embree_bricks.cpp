@@ -27,8 +27,9 @@ BrickCallbacks callbacks_of(const std::string& isa) {
 
 }  // namespace
 
-EmbreeBricks::EmbreeBricks(const Balls& balls, const std::string& isa, int threads)
+EmbreeBricks::EmbreeBricks(const Balls& balls, const std::string& isa, int threads, BrickRays rays)
     : balls_(balls),
+      rays_(rays),
       cell_of_(balls.snapshot.size()),
       rank_(balls.snapshot.size()),
       ball_(4 * balls.snapshot.size() + kOverrun),

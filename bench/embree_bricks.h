@@ -10,13 +10,22 @@
 
 namespace firn::bench {
 
+// How bricks get their rays.
+enum class BrickRays {
+  singly,   // ray by ray, each against a register of balls: the rival that the aims of the tracer are set
+            // against
+  packets,  // in whatever way is fastest, packets of 16 against one ball among them: twice as fast
+};
+
 // The strongest way to use Embree for small balls that we know of: a counting sort into bricks, one user
 // primitive a brick, tested in registers. So its tree is ten times smaller, and built as much faster.
 class EmbreeBricks : public Tracer {
  public:
-  EmbreeBricks(const Balls& balls, const std::string& isa, int threads);
+  EmbreeBricks(const Balls& balls, const std::string& isa, int threads, BrickRays rays);
 
-  const char* name() const override { return "embree_bricks"; }
+  const char* name() const override {
+    return rays_ == BrickRays::singly ? "embree_bricks" : "embree_brick_packets";
+  }
   // Errors: failed.
   void build() override;
   Vec3 origin() const override { return balls_.snapshot.origin; }
@@ -26,7 +35,9 @@ class EmbreeBricks : public Tracer {
   Vec3f center(std::uint32_t hit) const override;
   // What tracing needs; not the sort's columns.
   std::size_t bytes() const override;
-  std::vector<std::string> ways() const override { return EmbreeScene::ways(); }
+  std::vector<std::string> ways() const override {
+    return rays_ == BrickRays::singly ? EmbreeScene::single_ray_ways() : EmbreeScene::ways();
+  }
   void choose(RayKind kind, std::size_t way) override { way_[static_cast<std::size_t>(kind)] = way; }
 
  private:
@@ -36,6 +47,7 @@ class EmbreeBricks : public Tracer {
   void sort_balls();
 
   const Balls& balls_;
+  BrickRays rays_;
   float low_[3] = {0, 0, 0}, inv_edge_ = 1;  // m, 1/m
   int cells_[3] = {0, 0, 0};
   std::vector<std::uint32_t> cell_of_, rank_;  // of each particle: its cell, its place there

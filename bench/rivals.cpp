@@ -9,7 +9,9 @@ namespace firn::bench {
 std::vector<std::unique_ptr<Tracer>> make_rivals(const Balls& balls, const std::string& isa, int threads) {
   std::vector<std::unique_ptr<Tracer>> rivals;
   rivals.push_back(std::make_unique<EmbreePoints>(balls, threads));
-  rivals.push_back(std::make_unique<EmbreeBricks>(balls, isa, threads));
+  for (const BrickRays rays : {BrickRays::singly, BrickRays::packets}) {
+    rivals.push_back(std::make_unique<EmbreeBricks>(balls, isa, threads, rays));
+  }
   return rivals;
 }
 
