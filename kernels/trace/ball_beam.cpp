@@ -43,7 +43,6 @@ class BallBeam : public Beam<BallBeam<kAny>, kAny> {
   using Base::best_, Base::d_, Base::from_, Base::furthest_, Base::grid_, Base::heading_, Base::kRegisters,
       Base::o_, Base::particle_, Base::reach_;
 
-  void set_aside(int) {}
   Packets meet(int slab, Packets packets, const Bounds<float>& hull, const CellRange& cells);
   FIRN_INLINE Mask within(const Bounds<float>& bounds, Floats along, const Floats aside[2]) const;
   void show(int slab, Packets packets);

@@ -95,8 +95,8 @@ FIRN_INLINE Floats radii(const TraceGrid& grid, std::uint64_t b, int some) {
 // Calls test(c, r, b) for each register of a run of the sorted columns: from the ray's origin to their
 // centres, their radii, and the index of the first.
 template <class Test>
-FIRN_INLINE void for_each_register(const TraceGrid& grid, std::uint64_t begin, std::uint64_t end,
-                                   const Ray& ray, Test&& test) {
+FIRN_INLINE void for_each_ball_register(const TraceGrid& grid, std::uint64_t begin, std::uint64_t end,
+                                        const Ray& ray, Test&& test) {
   for (std::uint64_t b = begin; b < end; b += kLanes) {
     const int count = end - b < kLanes ? static_cast<int>(end - b) : kLanes;
     const Floats c[3] = {load_first(grid.x + b, count, 0.f) - ray.o[0],
@@ -110,7 +110,7 @@ FIRN_INLINE void for_each_register(const TraceGrid& grid, std::uint64_t begin, s
 inline void test_run(const TraceGrid& grid, std::uint64_t begin, std::uint64_t end, const Ray& ray,
                      Nearest& best) {
   const Floats d[3] = {splat(ray.d[0]), splat(ray.d[1]), splat(ray.d[2])};
-  for_each_register(grid, begin, end, ray, [&](const Floats c[3], Floats r, std::uint64_t b) {
+  for_each_ball_register(grid, begin, end, ray, [&](const Floats c[3], Floats r, std::uint64_t b) {
     test_lanes(
         c, d, r * abs(r), grid.max_radius, [&](int lane) { return static_cast<std::uint32_t>(b) + lane; },
         best);
@@ -122,7 +122,7 @@ inline bool run_blocks(const TraceGrid& grid, std::uint64_t begin, std::uint64_t
                        float reach) {
   const Floats d[3] = {splat(ray.d[0]), splat(ray.d[1]), splat(ray.d[2])};
   bool blocked = false;
-  for_each_register(grid, begin, end, ray, [&](const Floats c[3], Floats r, std::uint64_t) {
+  for_each_ball_register(grid, begin, end, ray, [&](const Floats c[3], Floats r, std::uint64_t) {
     Floats along;
     const Floats depth2 = project(c, d, r * abs(r), along);
     blocked |= any(blocks(depth2, along, splat(reach)));

@@ -27,7 +27,8 @@ struct CellRange {
 
 // Derived has
 // * kCellsPerRay, as TraceGrid's cells_per_ray, beyond which a packet declines
-// * void set_aside(int i): may take rays of a register out that begin where the beam cannot follow them
+// * where it needs one, void set_aside(int i): takes rays of a register out that begin where the beam cannot
+//   follow them
 // * Packets meet(int slab, Packets, const Bounds<float>& hull, const CellRange&): tests what the cells hold,
 //   which are of the four slices from `slab` on, against these packets and has them shorten(p) when something
 //   was found; returns those that decline
@@ -45,6 +46,8 @@ class Beam : public RayPackets<kAny> {
       Base::plane, Base::reach_, Base::shortened_;
 
   Beam(const TraceGrid& grid, const RayView& rays, float reach) : Base(grid, rays, reach) {}
+
+  void set_aside(int) {}
 
  private:
   Derived& self() { return *static_cast<Derived*>(this); }

@@ -36,7 +36,7 @@ FIRN_INLINE void for_each_part(int p, Body&& body) {
 }
 
 template <class Body>
-FIRN_INLINE void for_each_register(Packets packets, Body&& body) {
+FIRN_INLINE void for_each_ray_register(Packets packets, Body&& body) {
   for_each_packet(packets, [&](int p) { for_each_part(p, body); });
 }
 
@@ -149,8 +149,6 @@ FIRN_INLINE void RayPackets<kAny>::load_rays(int i) {
   if (kAny) best_[i] = select(equal(load(hits(i)), none), best_[i], splat(kBlocked));
 }
 
-// Chooses the axis that the first of the packets goes along most, and takes those that go along it the same
-// way. Declines those whose rays do not all do so.
 template <bool kAny>
 Packets RayPackets<kAny>::heading_along(Packets packets) {
   const auto main_of = [&](int p, bool& forward) {

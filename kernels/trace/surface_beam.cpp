@@ -157,7 +157,7 @@ FIRN_INLINE void SurfaceBeam<kAny>::test_surface(Packets packets, std::int32_t s
   const CellFill fill(field_.fill + static_cast<std::size_t>(slot) * kBrickCorners +
                           ((cell[0] & 3) * kCornerSide + (cell[1] & 3)) * kCornerSide + (cell[2] & 3),
                       field_.level);
-  for_each_register(packets, [&](int i) {
+  for_each_ray_register(packets, [&](int i) {
     Floats begin = splat(0), end = best_[i];
     for (int a = 0; a < 3; ++a) {
       const Floats first = (low[a] - o_[a][i]) * inv_[a][i];
@@ -190,7 +190,7 @@ FIRN_INLINE bool SurfaceBeam<kAny>::test_loose(Packets packets, std::size_t plac
         splat(grid_.radius != nullptr ? list[4 * count + k] : grid_.max_radius * grid_.max_radius);
     std::int32_t index;
     __builtin_memcpy(&index, list + 3 * count + k, sizeof index);
-    for_each_register(packets, [&](int i) {
+    for_each_ray_register(packets, [&](int i) {
       const Floats c[3] = {list[k] - o_[0][i], list[count + k] - o_[1][i], list[2 * count + k] - o_[2][i]};
       const Floats d[3] = {d_[0][i], d_[1][i], d_[2][i]};
       Floats along;
