@@ -84,14 +84,16 @@ bool clearly_worse(const Pilot& worse, const Pilot& better) {
   return worse.cost() > kClear * better.cost() && worse.light() < kClear * better.light();
 }
 
-// Looks longer, as long as the budget allows; false, and nothing else is known, if that is not even a glance.
-bool look_longer(const RenderSetup& setup, const Shoot& shoot, double budget, Pilot& pilot) {
-  Pilot longer(setup, pilot.integrator(), kSamples);
-  const double allowed = budget / (pilot.work_of_path() * longer.paths());
-  if (allowed < kGlance) return false;
-  longer.look(static_cast<int>(std::min<double>(allowed, kMost)), shoot);
-  pilot = longer;
-  return true;
+// How many pictures of a longer look the budget allows.
+int affordable(const RenderSetup& setup, double budget, const Pilot& pilot) {
+  const double paths = Pilot(setup, pilot.integrator(), kSamples).paths();
+  return static_cast<int>(std::min<double>(budget / (pilot.work_of_path() * paths), kMost));
+}
+
+// Instead of what the pilot knows.
+void look_longer(const RenderSetup& setup, const Shoot& shoot, int pictures, Pilot& pilot) {
+  pilot = Pilot(setup, pilot.integrator(), kSamples);
+  pilot.look(pictures, shoot);
 }
 
 std::string told(const Pilot& taken, const Pilot& left, double times) {
@@ -136,9 +138,13 @@ Choice choose_integrator(const RenderSetup& setup, const Shoot& shoot) {
       continue;
     }
     other.look(kGlance - 1, shoot);
-    const bool longer = !clearly_worse(other, best) &&
-                        look_longer(setup, shoot, 0.5 * kBudget * whole, other) &&
-                        look_longer(setup, shoot, 0.5 * kBudget * whole, best);
+    const int others = affordable(setup, 0.5 * kBudget * whole, other),
+              bests = affordable(setup, 0.5 * kBudget * whole, best);
+    const bool longer = !clearly_worse(other, best) && std::min(others, bests) >= kGlance;
+    if (longer) {  // both, or they cannot be compared
+      look_longer(setup, shoot, others, other);
+      look_longer(setup, shoot, bests, best);
+    }
     const double times = other.cost() / best.cost();
     const bool better = longer ? times < kBetter : clearly_worse(best, other);
     why += better ? told(other, best, 1 / times) : told(best, other, times);
