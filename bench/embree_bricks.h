@@ -17,8 +17,9 @@ enum class BrickRays {
   packets,  // in whatever way is fastest, packets of 16 against one ball among them: twice as fast
 };
 
-// The strongest way to use Embree for small balls that we know of: a counting sort into bricks, one user
-// primitive a brick, tested in registers. So its tree is ten times smaller, and built as much faster.
+// Embree for small balls: a counting sort into bricks, one user primitive a brick, tested in registers. So
+// its tree is ten times smaller, and built as much faster. With packets, the strongest way to use it that we
+// know of.
 class EmbreeBricks : public Tracer {
  public:
   EmbreeBricks(const Balls& balls, const std::string& isa, int threads, BrickRays rays);
