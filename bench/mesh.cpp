@@ -92,7 +92,8 @@ void run_mesh(const MeshOptions& options) {
   }
   for (int repeat = 0; repeat < options.repeats; ++repeat) {
     build.add(seconds_of([&] { build_triangle_tree(mesh.vertices(), mesh.triangles()); }));
-    for (auto [rays, best] : {std::pair{&from_camera, &camera}, std::pair{&from_hits, &bounce}}) {
+    for (const auto& [kind, best] : {std::pair{&from_camera, &camera}, std::pair{&from_hits, &bounce}}) {
+      auto* const rays = kind;  // clang 14 captures no structured binding
       rays->hits = 0;
       best->add(seconds_of([&] {
         for (std::size_t i = 0; i < rays->origin.size(); ++i) {

@@ -55,7 +55,6 @@ FIRN_INLINE Ints floor_to_ints(Floats a) {
 
 // What the points of a window ask of the facets.
 struct Asked {
-  static constexpr int kParts = kWindow / kLanes;
   alignas(64) std::int32_t id[kWindow];
   alignas(64) std::int32_t low[3][kWindow], high[3][kWindow];  // cells of place
   alignas(64) std::int32_t first[6][2][kWindow],
@@ -156,7 +155,7 @@ class SharedCells {
       whose[k] = k / places_;
     }
     for (int t = 0; t < turns_; t += at_once) {
-      const Longs turn = __builtin_shuffle(load_half<Longs>(turn_ + t), whose);
+      const Longs turn = permute(load_half<Longs>(turn_ + t), whose);
       const int count = (turns_ - t < at_once ? turns_ - t : at_once) * places_;
       for (int k = 0; k < count; k += kHalfLanes) {
         if (waiting_ > kMostWaiting) found |= ask_waiting();

@@ -256,6 +256,33 @@ FIRN_INLINE Ints lane_numbers() {
   for (int l = 0; l < kLanes; ++l) lanes[l] = l;
   return lanes;
 }
+
+// Lane l of the result is lane from[l] of `a`, counted modulo the number of lanes. GCC has an operator for
+// it. For clang the vectors whose order is known only at run time are named one by one; it sees through the
+// loop where the order is a constant.
+template <class V, class Order>
+FIRN_INLINE V permute(V a, Order from) {
+#if !defined(__clang__)
+  return __builtin_shuffle(a, from);
+#else
+#if defined(__AVX2__)
+  if constexpr (sizeof(V) == 32 && sizeof(a[0]) == 4) {
+    return (V)_mm256_permutevar8x32_ps((__m256)a, (__m256i)from);
+  }
+#endif
+#if defined(__AVX512F__)
+  if constexpr (sizeof(V) == 64 && sizeof(a[0]) == 8) {
+    return (V)_mm512_permutexvar_epi64((__m512i)from, (__m512i)a);
+  }
+#endif
+  constexpr int kCount = sizeof(V) / sizeof(a[0]);
+  V lanes;
+#pragma GCC unroll 16
+  for (int l = 0; l < kCount; ++l) lanes[l] = a[from[l] & (kCount - 1)];
+  return lanes;
+#endif
+}
+
 FIRN_INLINE Mask mask_of_bits(int bits) {  // lane l where bit l is set
   return equal((splat_int(bits) >> lane_numbers()) & 1, splat_int(1));
 }
@@ -303,7 +330,7 @@ FIRN_INLINE float largest_lane(Floats a) {
 // The same where no lane is NaN, in few steps.
 FIRN_INLINE float greatest_lane(Floats a) {
 #pragma GCC unroll 4
-  for (int half = kLanes / 2; half > 0; half /= 2) a = max(a, __builtin_shuffle(a, lane_numbers() ^ half));
+  for (int half = kLanes / 2; half > 0; half /= 2) a = max(a, permute(a, lane_numbers() ^ half));
   return a[0];
 }
 
@@ -311,13 +338,14 @@ FIRN_INLINE float greatest_lane(Floats a) {
 FIRN_INLINE Floats greatest_of_each(Floats (&a)[kLanes]) {
 #pragma GCC unroll 4
   for (int half = kLanes / 2; half > 0; half /= 2) {
-    const Ints lanes = lane_numbers(), other = lanes & half;
-    // From a[i] in lanes without this bit, from a[i + half] in those with it.
-    const Ints same = lanes + (other != 0 ? splat_int(kLanes) : splat_int(0));
+    const Mask upper = equal(lane_numbers() & half, splat_int(half));
+    const Ints other = lane_numbers() ^ half;
 #pragma GCC unroll 8
-    for (int i = 0; i < half; ++i)
-      a[i] =
-          max(__builtin_shuffle(a[i], a[i + half], same), __builtin_shuffle(a[i], a[i + half], same ^ half));
+    for (int i = 0; i < half; ++i) {
+      // Lanes without this bit are of register i, those with it of register i + half.
+      const Floats kept = select(upper, a[i + half], a[i]), moved = select(upper, a[i], a[i + half]);
+      a[i] = max(kept, permute(moved, other));
+    }
   }
   return a[0];
 }

@@ -70,7 +70,7 @@ void splat(const TraceGrid& grid, const int first[3], std::uint32_t begin, std::
       const int lane = __builtin_ctz(static_cast<unsigned>(some));
       const Row three = {w.z[0][lane], w.z[1][lane], w.z[2][lane]};
       const RowPlaces from = (kPlaces - w.place[lane]) & (kFieldTileRow - 1);
-      const Row wz = __builtin_shuffle(three, from);
+      const Row wz = permute(three, from);
       float* rows = tile + w.row[lane];
 #pragma GCC unroll 9
       for (int k = 0; k < 9; ++k) {
@@ -85,23 +85,32 @@ namespace {
 // The corners of a brick that lie beside one another along z, in the first places of a row each.
 typedef Row Corners[kCornerSide][kCornerSide];
 
+// What a row of the tile of the brick at this step along z holds for each corner; the last corners are not
+// used by particles.
+template <int step>
+FIRN_INLINE Row of_corners(Row row) {
+  const Row zero = {};
+  if constexpr (step < 0) {
+    return __builtin_shufflevector(row, zero, 5, 6, 8, 8, 8, 8, 8, 8);
+  } else if constexpr (step == 0) {
+    return __builtin_shufflevector(row, zero, 1, 2, 3, 4, 5, 8, 8, 8);
+  } else {
+    return __builtin_shufflevector(row, zero, 8, 8, 8, 0, 1, 8, 8, 8);
+  }
+}
+
 // What the tile of the brick at step k holds: all that depends on the step is known to the compiler.
 template <int k>
 FIRN_INLINE void add_tile(const float* tile, Corners& sum) {
   constexpr int kStep[3] = {k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1};
   constexpr int kLow[2] = {kStep[0] > 0 ? kBrickCells - 1 : 0, kStep[1] > 0 ? kBrickCells - 1 : 0};
   constexpr int kHigh[2] = {kStep[0] < 0 ? 1 : kBrickCells, kStep[1] < 0 ? 1 : kBrickCells};
-  // Which of its row each corner gets; the last is not used by particles.
-  constexpr RowPlaces kFrom = kStep[2] < 0    ? RowPlaces{5, 6, 8, 8, 8, 8, 8, 8}
-                              : kStep[2] == 0 ? RowPlaces{1, 2, 3, 4, 5, 8, 8, 8}
-                                              : RowPlaces{8, 8, 8, 0, 1, 8, 8, 8};
-  const Row zero = {};
 #pragma GCC unroll 5
   for (int x = kLow[0]; x <= kHigh[0]; ++x) {
 #pragma GCC unroll 5
     for (int y = kLow[1]; y <= kHigh[1]; ++y) {
       const int row = (x - kBrickCells * kStep[0] + 1) * kFieldTileSide + y - kBrickCells * kStep[1] + 1;
-      sum[x][y] += __builtin_shuffle(load_row(tile + row * kFieldTileRow), zero, kFrom);
+      sum[x][y] += of_corners<kStep[2]>(load_row(tile + row * kFieldTileRow));
     }
   }
 }

@@ -56,7 +56,8 @@ ExitCode resume_command(const Options& options) {
   RunFolder folder = RunFolder::open(options.target);
   Manifest manifest = read_manifest(folder.manifest());
   const int first = first_unfinished(folder, manifest);
-  const auto& kernels = choose_kernels(isa_of(options, manifest));
+  const std::string isa = isa_of(options, manifest);
+  const auto& kernels = choose_kernels(isa);
   SceneConfig scene = read_scene_text(manifest.scene, manifest.scene_file, {});
   manifest.isa = kernels.isa;
   manifest.slots = options.overlap ? 3 : 1;

@@ -8,7 +8,7 @@
 
 namespace firn {
 
-// The tables this CPU can run, best last.
+// The tables of this build that this CPU can run, best last.
 std::vector<const kernels::KernelTable*> supported_kernels();
 
 // `name` is "auto" (the best one), "base", "x86-64-v3" or "x86-64-v4"; an unknown or unsupported one is a

@@ -13,8 +13,12 @@
 namespace firn::test {
 
 kernels::LaneParts lane_parts_of(const kernels::KernelTable& table) {
+#ifdef FIRN_HAS_V4
   if (std::strcmp(table.isa, "x86-64-v4") == 0) return kernels::isa_v4::lane_parts();
+#endif
+#ifdef FIRN_HAS_V3
   if (std::strcmp(table.isa, "x86-64-v3") == 0) return kernels::isa_v3::lane_parts();
+#endif
   return kernels::isa_base::lane_parts();
 }
 

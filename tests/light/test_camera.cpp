@@ -155,7 +155,7 @@ TEST_CASE("a camera that cannot see is a usage Error") {
   empty.width = 0;
   pointed.filter_width = 0;
   CHECK_FALSE(refused(tilted(0), wide()));
-  for (const Camera& camera : {nowhere, flat, along, key, closed}) CHECK(refused(camera, wide()));
+  for (const Camera* camera : {&nowhere, &flat, &along, &key, &closed}) CHECK(refused(*camera, wide()));
   CHECK(refused(tilted(0), empty));
   CHECK(refused(tilted(0), pointed));
 }
