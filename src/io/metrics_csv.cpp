@@ -34,7 +34,8 @@ std::string header_of(const Metrics& metrics) {
   std::string header = kHeader;
   for (const ContactForce& contact : metrics.contacts) {
     for (const char* axis : {"x", "y", "z"}) {
-      header += "," + field(std::string("force_") + axis + "_N[" + contact.collider + "]");
+      header += ',';
+      header += field(std::string("force_") + axis + "_N[" + contact.collider + "]");
     }
   }
   return header + "\n";

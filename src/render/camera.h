@@ -12,7 +12,7 @@
 namespace firn {
 
 struct CameraRay {
-  Vec3f origin = Vec3f::Zero(), direction = Vec3f::Zero();  // render space, m; unit
+  Vec3f origin, direction;  // render space, m; unit
 };
 
 struct CameraSight {  // the camera, seen from a point

@@ -112,7 +112,7 @@ TEST_CASE("film_density is what one over the solid angle of a pixel is") {
   image.filter = FilterKind::box;
   CameraRays camera(tilted(0), image);
   for (const auto& [x, y] : {std::pair(30, 20), std::pair(0, 0), std::pair(59, 20)}) {
-    const auto corner = [&, x = x, y = y](float u, float v) {
+    const auto corner = [&, x = x, y = y](float u, float v) -> Vec3 {
       return camera.ray(x, y, {u, v}, {0, 0}).direction.cast<double>();
     };
     const Vec3 across = corner(0.9999999f, 0.5f) - corner(0, 0.5f);

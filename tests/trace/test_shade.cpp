@@ -243,12 +243,12 @@ TEST_CASE("many pixels look where one does") {
   ImageSettings image;
   image.width = 67, image.height = 41;
   const CameraRays rays(camera, image);
-  std::vector<std::int32_t> x, y;
-  for (int k = 0; k < image.width * image.height; ++k)
-    x.push_back(k % image.width), y.push_back(k / image.width);
+  const std::size_t count = 67 * 41;
+  std::vector<std::int32_t> x(count), y(count);
+  for (int k = 0; k < image.width * image.height; ++k) x[k] = k % image.width, y[k] = k / image.width;
   for (const auto* table : supported_kernels()) {
     VectorColumns directions;
-    directions.resize(x.size());
+    directions.resize(count);
     std::vector<float> spread(x.size());
     directions.fill([&](float* const direction[3]) {
       table->shade.sights(rays.pinhole(), x.data(), y.data(), 0, x.size(), direction, spread.data());

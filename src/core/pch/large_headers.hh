@@ -2,7 +2,6 @@
 // Precompiled for speed alone: the large headers that most of src/, tests/ and bench/ include. Every file
 // still includes what it uses; builds with -Db_pch=false (`.ci/full gcc`, `.ci/full clang`) find what one
 // forgot.
-#pragma once
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <filesystem>
