@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 // What a test measures, as a table for the figures of docs/validation.md and docs/rendering.md: one file a
-// curve in the folder that FIRN_FIGURES names, nothing where it is not set. `./dev figures` sets it and runs
-// the tests tagged [figure].
+// curve in the folder that FIRN_FIGURES names. `./dev figures` sets it and runs the tests tagged [figure],
+// which then measure more than a test needs. Where only FIRN_CURVES is set, as for `./dev test`, curves of
+// the tests' own sizes go there: tests/figures draws them too.
 #pragma once
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <initializer_list>
 #include <string>
@@ -17,8 +19,9 @@ class Curve {
  public:
   // columns: the header line, units in the names; the first column is the series that a row belongs to.
   Curve(const std::string& name, const std::string& columns) {
-    const char* folder = std::getenv("FIRN_FIGURES");
+    const char* folder = std::getenv(makes_figures() ? "FIRN_FIGURES" : "FIRN_CURVES");
     if (folder == nullptr) return;
+    std::filesystem::create_directories(folder);
     out_.open(std::string(folder) + "/" + name + ".csv");
     out_.precision(9);
     out_ << columns << '\n';

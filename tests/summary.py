@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: MIT
 """Reads meson's log of a test run and ends with one line: N passed, N failed. Catch2 test cases are counted one by one
 from each program's own summary, other tests by their summary line if they print one, else as one each. A program that
-crashed or ran out of time counts as a failure on top of what it had reported.
+crashed or ran out of time counts as a failure on top of what it had reported. What each test took, and what meson built
+before them, goes into the record of stages (tests/stages.py).
 
-usage: summary.py TESTLOG.json"""
+usage: summary.py BUILD_FOLDER LOG_NAME BEGAN    (BEGAN: when 'meson test' was called, in seconds since 1970)"""
 import json
 import re
 import sys
+import time
 from pathlib import Path
+
+import stages
 
 CATCH_ALL = re.compile(r"All tests passed \([\d,]+ assertions? in (\d+) test cases?\)")
 CATCH_SOME = re.compile(r"^test cases:\s*(.*)$", re.M)
@@ -28,24 +32,43 @@ def count(result, output):
     return (1, 0) if good else (0, 1)
 
 
-def main(log):
-    passed = failed = 0
-    if not Path(log).exists():
+def name_of(test):
+    """Without its suites, which meson puts in front."""
+    return test["name"].split(" / ")[-1]
+
+
+def build_record(folder, began, seconds):
+    """meson builds what the asked tests need, so a build may be of everything or of nothing."""
+    objects = [path.stat().st_mtime >= began for path in Path(folder).rglob("*.o")]
+    return {"seconds": seconds, "passed": 0, "failed": 0, "note": f"{sum(objects)} of {len(objects)} objects"}
+
+
+def main(folder, name, began):
+    log = Path(folder, "meson-logs", f"{name}.json")
+    elapsed = time.time() - began
+    if not log.exists():
+        stages.add(folder, {"build": build_record(folder, began, elapsed) | {"failed": 1}})
         print("0 passed, 1 failed")
         return 1
-    for line in Path(log).read_text(encoding="utf-8").splitlines():
-        test = json.loads(line)
+    passed = failed = 0
+    records = {}
+    tests = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
+    records["build"] = build_record(folder, began, max(0, elapsed - sum(test["duration"] for test in tests)))
+    for test in tests:
         if test["result"] == "SKIP":
             print(f"skipped: {test['name']}: {test.get('stdout', '').strip()}", file=sys.stderr)
+            records[name_of(test)] = {"seconds": test["duration"], "passed": 0, "failed": 0, "note": "skipped"}
             continue
         good, bad = count(test["result"], test.get("stdout", ""))
         passed += good
         failed += bad
+        records[name_of(test)] = {"seconds": test["duration"], "passed": good, "failed": bad}
         if bad:
             print(f"failed: {test['name']} ({test['result']})", file=sys.stderr)
+    stages.add(folder, records)
     print(f"{passed} passed, {failed} failed")
     return 1 if failed or not passed else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1]))
+    sys.exit(main(sys.argv[1], sys.argv[2], float(sys.argv[3])))

@@ -6,6 +6,7 @@ docs/figures/light/*.svg and prints how far the measurements lie from expectatio
 usage: light.py [FOLDER_OF_CURVES]"""
 import sys
 from math import exp, log2, log10, pi, sqrt
+from os.path import relpath
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent / "svg"))
@@ -183,20 +184,24 @@ TIMED = {"sun_on_slab": "Sun and sky on a slab", "ball_lit_from_behind": "A ball
          "lamp_in_cave": "A lamp in a cave of snow", "snowball_in_cornell_box": "A snowball in a Cornell box"}
 
 
-def main(folder):
-    """Draws the figures that there are curves of: tests may be run one by one."""
+def main(folder, out=OUT):
+    """Draws the figures that there are curves of: tests may be run one by one. Returns the names of the others."""
     curves = {path.stem.removeprefix("light_"): read(path) for path in sorted(Path(folder).glob("light_*.csv"))}
-    OUT.mkdir(exist_ok=True)
+    out.mkdir(exist_ok=True)
+    left = []
     for name, (curve, draw) in FIGURES.items():
         if curves.get(curve):
-            draw(curves[curve]).save(OUT / f"{name}.svg")
+            draw(curves[curve]).save(out / f"{name}.svg")
+        else:
+            left.append(name)
     timed = read(ROOT / "docs/figures/integrators.csv")
     for scene, title in TIMED.items():
-        equal_time(timed, scene, title).save(OUT / f"time_{scene}.svg")
+        equal_time(timed, scene, title).save(out / f"time_{scene}.svg")
     for name, table in curves.items():
         if table and "error" in next(iter(table.values())):
             summary(name, scores(table, LEAST_ERROR.get(name, 1e-7)))
-    print(f"{OUT.relative_to(ROOT)}: {len(list(OUT.glob('*.svg')))} figures")
+    print(f"{relpath(out, ROOT)}: {len(list(out.glob('*.svg')))} figures")
+    return left
 
 
 if __name__ == "__main__":

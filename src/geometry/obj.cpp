@@ -3,6 +3,8 @@
 #include <tiny_obj_loader.h>
 
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <system_error>
 
 #include "src/core/error.h"
@@ -21,7 +23,9 @@ TriangleMesh load_obj(const std::string& path, double scale) {
   tinyobj::ObjReader reader;
   tinyobj::ObjReaderConfig config;
   config.triangulate = true;
-  if (!reader.ParseFromFile(path, config)) {
+  // From a string, for the reader of files also reads, without end, whatever file a "mtllib" line names.
+  std::ifstream in(path, std::ios::binary);
+  if (!in || !reader.ParseFromString({std::istreambuf_iterator<char>(in), {}}, "", config)) {
     throw Error(ExitCode::io, path, "cannot be read as an OBJ mesh: " + first_line(reader.Error()));
   }
   std::vector<Vec3> vertices;

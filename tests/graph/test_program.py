@@ -2,7 +2,7 @@
 """The built program from end to end, as a person or a script uses it: what it writes, which exit code it ends with, that
 an interrupted run goes on as if nothing had happened, and that the same scene gives the same bits however it is run.
 
-usage: test_program.py FIRN [TEST...]"""
+usage: test_program.py FIRN [fast | slow | TEST...]"""
 import json
 import os
 import re
@@ -299,9 +299,14 @@ class SameBits(ProgramTest):
         self.assertNotEqual(self.hashes("a")[0], self.hashes("c")[0])
 
 
+SLOW = [Interruptions]
+
 if __name__ == "__main__":
     FIRN = str(Path(FIRN).resolve())
-    program = unittest.main(argv=[sys.argv[0], *sys.argv[2:]], exit=False, verbosity=2)
+    kinds = {word: [kind.__name__ for kind in ProgramTest.__subclasses__() if (kind in SLOW) == (word == "slow")]
+             for word in ("fast", "slow")}
+    words = [name for word in sys.argv[2:] for name in kinds.get(word, [word])]
+    program = unittest.main(argv=[sys.argv[0], *words], exit=False, verbosity=2)
     failed = len(program.result.failures) + len(program.result.errors)
     print(f"{program.result.testsRun - failed} passed, {failed} failed")
     sys.exit(1 if failed or not program.result.testsRun else 0)

@@ -127,8 +127,8 @@ TEST_CASE("G2P gives back an affine velocity field exactly, whatever the particl
   const double a[9] = {3, -20, 7, 11, 5, -9, 2, 4, -8};  // 1/s
   Tile tile{};
   for (int n = 0; n < 512; ++n) {
-    const double d[3] = {n / 64 - 1 - 0.5, n / 8 % 8 - 1 - 0.5,
-                         n % 8 - 1 - 0.5};  // cells from the block's corner
+    const int node[3] = {n / 64 - 1, n / 8 % 8 - 1, n % 8 - 1};
+    const double d[3] = {node[0] - 0.5, node[1] - 0.5, node[2] - 0.5};  // cells from the block's corner
     for (int r = 0; r < 3; ++r) {
       tile.nodes[4 * n + r] =
           static_cast<float>(0.01 * (a[3 * r] * d[0] + a[3 * r + 1] * d[1] + a[3 * r + 2] * d[2]) + r);

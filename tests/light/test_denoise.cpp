@@ -21,7 +21,7 @@ double rmse(const Picture& a, const Picture& b) {
 
 }  // namespace
 
-TEST_CASE("the denoiser at 16 samples beats 64 samples, and keeps the light") {
+TEST_CASE("the denoiser at 16 samples beats 64 samples, and keeps the light", "[slow]") {
   constexpr int kSeeds = 2;
   for (auto& [name, setup, snapshot] : small_scenes(96)) {
     setup.layers = {Layer::sparkle};

@@ -202,7 +202,8 @@ Compared mirrors_glass_gloss_and_snow() {
 
 }  // namespace
 
-TEST_CASE("path, light and bidirectional agree, block by block, on scenes of all kinds", "[light][figure]") {
+TEST_CASE("path, light and bidirectional agree, block by block, on scenes of all kinds",
+          "[light][figure][slow]") {
   Agreement agreement;
   // Random numbers without order are noisier, and no other light.
   Compared independent{"room, independent", room(), {}, 16, 8};

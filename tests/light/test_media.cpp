@@ -90,7 +90,7 @@ Estimate fine(double expected, int samples, const Measure& measure) {
 
 }  // namespace
 
-TEST_CASE("slabs reflect and let through what adding-doubling says", "[light][figure]") {
+TEST_CASE("slabs reflect and let through what adding-doubling says", "[light][figure][slow]") {
   struct Asked {
     std::string name, row;
     double a, g, tau, expected;

@@ -142,7 +142,7 @@ TEST_CASE("light walks 4V/S through a convex body that scatters, whatever is in 
   require_unbiased(scores);
 }
 
-TEST_CASE("deep snow reflects by wavelength and grain what adding-doubling says", "[light][figure]") {
+TEST_CASE("deep snow reflects by wavelength and grain what adding-doubling says", "[light][figure][slow]") {
   // Walks with the true phase function, as the path tracer has it. Natural grains of all sizes walk alike.
   // Spheres scatter by their size; both sources of absorption share a walk.
   std::vector<Row> natural;
@@ -200,7 +200,7 @@ TEST_CASE("a photon collides (1 - R) / (1 - albedo) times in a half space", "[li
   require_unbiased(scores);
 }
 
-TEST_CASE("light fades in deep snow by the depths and to the tint of the tables", "[light][figure]") {
+TEST_CASE("light fades in deep snow by the depths and to the tint of the tables", "[light][figure][slow]") {
   // Density 300 kg/m^3, spheres of median radius 0.5 mm: e-folding depths of 64, 36 and 16.6 cm, so that 10
   // cm deeper 0.856, 0.755 and 0.547 of blue, green and red are left. Collisions by depth, of light that
   // enters from all sides.

@@ -94,7 +94,8 @@ double reflectance_of_bed(const DeepSnow& deep, double coalbedo) {
 
 }  // namespace
 
-TEST_CASE("a bed of particles reflects the colour that adding-doubling says, by grain", "[light][figure]") {
+TEST_CASE("a bed of particles reflects the colour that adding-doubling says, by grain",
+          "[light][figure][slow]") {
   struct Look {
     bool reference;
     double mu;

@@ -60,7 +60,8 @@ void check_same(const Colour& a, const Colour& b, double bias) {
 
 }  // namespace
 
-TEST_CASE("in a white furnace snow that absorbs nothing cannot be seen through its walks either", "[light]") {
+TEST_CASE("in a white furnace snow that absorbs nothing cannot be seen through its walks either",
+          "[light][slow]") {
   for (const SnowShape shape : {SnowShape::smooth, SnowShape::spheres}) {
     for (const Integrator integrator : {Integrator::path, Integrator::bidirectional}) {
       RenderSetup setup = lit_ball(32);

@@ -11,6 +11,7 @@ EMPTY_WORDS = r"manager|helper|util|utils|utility|info|data|misc|common"
 EMPTY_NAME = re.compile(rf"(^|_)({EMPTY_WORDS})(_|\.|$)")
 EMPTY_TYPE = re.compile(r"^\s*(?:class|struct|enum class)\s+\w*(Manager|Helper|Helpers|Util|Utils|Info|Data)\b", re.M)
 ALLOWED_NAMES = {"src/app/info.cpp"}
+PROGRAMS = [".ci/run", ".ci/full", ".ci/chroot"]
 LEFTOVER = re.compile(r"\b(TO" r"DO|FIX" r"ME|HA" r"CK|X" r"XX)\b|/home/\w|/root/\w")
 
 
@@ -42,7 +43,7 @@ def check_path(path):
 
 if __name__ == "__main__":
     sources = tree.files(".h", ".cpp", ".py", ".in", "meson.build", ".sh")
-    sources += [p.relative_to(tree.ROOT) for p in tree.ROOT.glob("meson*")] + [tree.Path("dev"), tree.Path(".ci/run")]
+    sources += [p.relative_to(tree.ROOT) for p in tree.ROOT.glob("meson*")] + [tree.Path(name) for name in ("dev", *PROGRAMS)]
     wrong = []
     for source in sources:
         complaints = [*check_path(source), *check_text(source, tree.read(source))]

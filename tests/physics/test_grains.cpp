@@ -143,7 +143,7 @@ TEST_CASE("a round column of sand runs out as far and stays as high as those of 
 
 // The angle is fixed on a = 1 (33 degrees: 1.22 against 1.2; 30 degrees: 1.27) and holds for the others.
 TEST_CASE("sand let go from a wall runs out along a channel as in the laboratory, for five aspect ratios",
-          "[physics][figure]") {
+          "[physics][figure][slow]") {
   Curve curve("channel_column", "series,aspect,run_out,height");
   constexpr double kLength = 0.1, kTested = 0.00625;
   struct Case {
@@ -244,7 +244,7 @@ TEST_CASE("a cube of strong Cam-Clay snow stands by itself, one without strength
   CHECK(height[1] > 0.95 * kSide);
 }
 
-TEST_CASE("every preset survives a fall onto the ground and a blow by its like", "[physics]") {
+TEST_CASE("every preset survives a fall onto the ground and a blow by its like", "[physics][slow]") {
   constexpr double kDx = 0.02;
   for (const Preset& preset : presets()) {
     INFO(preset.name);

@@ -174,7 +174,8 @@ TEST_CASE("a fast box does not pass through snow, and its speed limits the step"
   CHECK(step.cause == "collider speed (ram, 400 m/s)");
 }
 
-TEST_CASE("with moving colliders the bits are the same for 1, 2 and 4 threads on v3 and v4", "[physics]") {
+TEST_CASE("with moving colliders the bits are the same for 1, 2 and 4 threads on v3 and v4",
+          "[physics][slow]") {
   std::uint64_t expected = 0;
   with_kernels_and_threads({1, 2, 4}, [&](const kernels::KernelTable& table) {
     Simulation simulation(table, pressed_bed());

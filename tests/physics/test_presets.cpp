@@ -101,7 +101,7 @@ TEST_CASE(
 
 // Through one scene of the repository, with balls of 22 particles across: its quick size would take three
 // times as long.
-TEST_CASE("each preset lasts five seconds of a thrown ball at the automatic dt", "[physics][figure]") {
+TEST_CASE("each preset lasts five seconds of a thrown ball at the automatic dt", "[physics][figure][slow]") {
   Curve curve("five_seconds", "series,time_s,energy");
   for (const std::string& preset : preset_names()) {
     ReadOptions options;

@@ -129,7 +129,7 @@ TEST_CASE("a ball that rolls down a slope of sticky snow winds it up and grows b
 TEST_CASE(
     "a ball that rolls down a slope of powder, or of the same layer without cohesion, gathers next to "
     "nothing",
-    "[physics][figure]") {
+    "[physics][figure][slow]") {
   Material crumbly = sticky_layer();
   crumbly.critical_stretch = 0.001;
   Curve curve("rolling_loose", "series,way_m,grown,rolls");

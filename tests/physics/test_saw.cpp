@@ -196,7 +196,7 @@ TEST_CASE("a slab on a layer that could collapse stands until it is cut, flat an
 }
 
 TEST_CASE("a saw cut makes an anticrack run, slower than shear waves where the broken layer holds the slab",
-          "[physics][figure]") {
+          "[physics][figure][slow]") {
   Curve curve("saw_flat", "series,time_s,front_m,shear_m_s");
   for (const double degrees : {0.0, 20.0}) {  // friction is 27 degrees
     SawTest test(degrees, 12);
@@ -220,7 +220,7 @@ TEST_CASE("a saw cut makes an anticrack run, slower than shear waves where the b
 }
 
 TEST_CASE("on a slope steeper than the broken layer's friction the crack runs off to 1.6 times shear waves",
-          "[physics][figure]") {
+          "[physics][figure][slow]") {
   Curve curve("saw_steep", "series,time_s,front_m,shear_m_s");
   for (const double degrees : {32.0, 38.0}) {
     SawTest test(degrees, 20);

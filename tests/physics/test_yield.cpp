@@ -91,7 +91,7 @@ std::vector<std::pair<double, float>> met_balls(double dx) {
 }  // namespace
 
 TEST_CASE("thrown at the ground at the automatic dt, no preset gains energy, and packed snow does not",
-          "[physics][figure]") {
+          "[physics][figure][slow]") {
   Curve curve("presets", "series,time_s,energy");
   for (const Preset& preset : presets()) {
     for (const double speed : {1.0, 6.0}) {
