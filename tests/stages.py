@@ -21,7 +21,7 @@ ROWS = [
     ("light", 6, ["light"]),
     ("physics", 6, ["physics"]),
     ("scenes", 3, ["scenes"]),
-    ("runs and program", 4, ["program", "runs"]),
+    ("runs and program", 4, ["program", "bits", "runs"]),
     ("Python and examples", 2, ["python", "examples"]),
     ("sanitizers", 6, []),
     ("terrain", 2, ["terrain"]),

@@ -59,9 +59,9 @@ HeightRaster read_pgm(std::istream& in, const std::string& path, bool text,
   require_side(path, rows);
   if (most > 65535) refuse(path, "has a largest grey value above 65535");
   if (!text) in.get();
-  std::vector<double> heights(static_cast<std::size_t>(columns) * rows);
-  for (double& h : heights) {
-    h = pgm_sample(in, text, most > 255) * extent->y() / most;
+  std::vector<double> heights;  // grows with the file, whatever its header promises
+  for (int left = columns * rows; left > 0; --left) {
+    heights.push_back(pgm_sample(in, text, most > 255) * extent->y() / most);
     if (!in) refuse(path, "ends before its last pixel");
   }
   return HeightRaster(columns, rows, std::move(heights), extent->x(), extent->z());
@@ -94,16 +94,20 @@ std::map<std::string, double> grid_header(std::istream& in, const std::string& p
 HeightRaster read_grid(std::istream& in, const std::string& path, const std::optional<Vec3>& extent) {
   const auto header = grid_header(in, path);
   const int columns = static_cast<int>(header.at("ncols")), rows = static_cast<int>(header.at("nrows"));
-  std::vector<double> heights(static_cast<std::size_t>(columns) * rows);
+  std::vector<double> heights;
   double low = 1e300, high = -1e300;
   const auto hole = header.find("nodata_value");
-  for (double& h : heights) {
+  for (int left = columns * rows; left > 0; --left) {
+    double h = 0;
     if (!(in >> h)) refuse(path, "ends before its last height");
+    heights.push_back(h);
     if (hole != header.end() && h == hole->second) refuse(path, "has holes (NODATA values): fill them first");
     low = std::min(low, h);
     high = std::max(high, h);
   }
   const double cell = header.at("cellsize");
+  if (!std::isfinite(high - low) || !std::isfinite(cell * std::max(columns, rows)))
+    refuse(path, "has heights or a cell size that no terrain has");
   if (!extent)
     return HeightRaster(columns, rows, std::move(heights), cell * (columns - 1), cell * (rows - 1));
   for (double& h : heights) h = high > low ? (h - low) / (high - low) * extent->y() : 0;

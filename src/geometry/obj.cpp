@@ -32,6 +32,7 @@ TriangleMesh load_obj(const std::string& path, double scale) {
   const auto& coordinates = reader.GetAttrib().vertices;
   for (std::size_t i = 0; i + 2 < coordinates.size(); i += 3) {
     vertices.push_back(scale * Vec3(coordinates[i], coordinates[i + 1], coordinates[i + 2]));
+    if (!vertices.back().allFinite()) throw Error(ExitCode::io, path, "has a vertex at no finite place");
   }
   std::vector<Triangle> triangles;
   for (const auto& shape : reader.GetShapes()) {

@@ -105,6 +105,11 @@ Image8 read_png(const std::filesystem::path& path) {
   png_image header{};
   header.version = PNG_IMAGE_VERSION;
   if (!png_image_begin_read_from_memory(&header, file.data(), file.size())) fail(path, header.message);
+  // A byte of the file becomes 1032 bytes of rows at most (deflate), and a byte of rows 8 pixels.
+  if (std::size_t{header.width} * header.height > std::size_t{8 * 1032} * file.size()) {
+    png_image_free(&header);
+    fail(path, "damaged image: its size does not fit its header");
+  }
   header.format = PNG_FORMAT_RGB;
   Image8 image{static_cast<int>(header.width), static_cast<int>(header.height), {}};
   image.rgb.resize(PNG_IMAGE_SIZE(header));

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+// In: a folder. Out: small files of firn's own formats in it, for the fuzzers to start from, in a folder a
+// reader: particles/, checkpoint/, state/, manifest/, images/; and params.txt, all keys of a scene.
+#include <cstdio>
+#include <sstream>
+#include <string>
+
+#include "src/core/error.h"
+#include "src/io/checkpoint.h"
+#include "src/io/file.h"
+#include "src/io/images.h"
+#include "src/io/manifest.h"
+#include "src/io/particle_file.h"
+#include "tests/fuzz/tiny_snow.h"
+
+namespace firn::fuzz {
+namespace {
+
+std::filesystem::path place(const std::filesystem::path& folder, const char* reader, const char* name) {
+  std::filesystem::create_directories(folder / reader);
+  return folder / reader / name;
+}
+
+void write_images(const std::filesystem::path& folder) {
+  Image8 image{5, 3, std::vector<std::uint8_t>(45)};
+  for (std::size_t i = 0; i < image.rgb.size(); ++i) image.rgb[i] = static_cast<std::uint8_t>(5 * i);
+  write_file(place(folder, "images", "a.png"), encode_png(image));
+  write_file(place(folder, "images", "a.ppm"), encode_ppm(image));
+  write_file(place(folder, "images", "colour.pfm"), encode_pfm(2, 2, 3, std::vector<float>(12, 0.5f)));
+  write_file(place(folder, "images", "grey.pfm"), encode_pfm(3, 2, 1, std::vector<float>(6, 2.f)));
+}
+
+void write_snow(const std::filesystem::path& folder) {
+  const Simulation snow = tiny_snow();
+  Snapshot snapshot;
+  snow.snapshot(snapshot);
+  snapshot.resize(3);
+  write_file(place(folder, "particles", "three"), encode_snapshot(snapshot));
+  write_file(place(folder, "particles", "none"), encode_snapshot(Snapshot{}));
+  std::ostringstream state;
+  snow.save(state);
+  write_file(place(folder, "state", "tiny"), state.str());
+  write_checkpoint(place(folder, "checkpoint", "two"), {42, 7, 9, {snapshot, Snapshot{}}, "state"});
+  write_checkpoint(place(folder, "checkpoint", "none"), {42, 7, 9, {}, state.str()});
+  Manifest manifest;
+  write_manifest(place(folder, "manifest", "empty.json"), manifest);
+  FrameRecord frame;
+  frame.metrics = snow.metrics();
+  frame.files = {{"frames/0000.png", "0123456789abcdef"}};
+  manifest.frames = manifest.ahead = {frame};
+  write_manifest(place(folder, "manifest", "one.json"), manifest);
+}
+
+void write_params(const std::filesystem::path& folder) {
+  std::ostringstream params;
+  print_params(params, "");
+  write_file(folder / "params.txt", params.str());
+}
+
+}  // namespace
+}  // namespace firn::fuzz
+
+int main(int count, char** words) {
+  if (count != 2) {
+    std::fprintf(stderr, "usage: fuzz_seeds FOLDER\n");
+    return 2;
+  }
+  try {
+    firn::fuzz::write_images(words[1]);
+    firn::fuzz::write_snow(words[1]);
+    firn::fuzz::write_params(words[1]);
+  } catch (const firn::Error& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+  return 0;
+}
