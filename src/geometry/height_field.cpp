@@ -146,7 +146,8 @@ double HeightRaster::volume_above(double base) const {
         continue;
       }
       for (int k = 0; k < kParts * kParts; ++k) {
-        const double s = (k % kParts + 0.5) / kParts, t = (k / kParts + 0.5) / kParts;
+        const int column = k % kParts, row = k / kParts;
+        const double s = (column + 0.5) / kParts, t = (row + 0.5) / kParts;
         const double height = (1 - t) * ((1 - s) * h[0] + s * h[1]) + t * ((1 - s) * h[2] + s * h[3]);
         sum += std::max(0.0, height) / (kParts * kParts);
       }
