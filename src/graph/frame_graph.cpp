@@ -73,7 +73,7 @@ class Run {
   void end_at(int frame, std::exception_ptr error) {
     const std::lock_guard lock(mutex_);
     end_.store(std::min(end_.load(), frame));
-    if (!error_) error_ = error;
+    if (!error_) error_ = std::move(error);
   }
 
   const Clock::time_point start_ = Clock::now();

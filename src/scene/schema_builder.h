@@ -43,9 +43,7 @@ T from_value(const Value& value, const std::vector<std::string>& choices) {
   if constexpr (std::is_enum_v<T>) {
     const auto at = std::find(choices.begin(), choices.end(), std::get<std::string>(value));
     return static_cast<T>(at - choices.begin());
-  } else if constexpr (std::is_same_v<T, bool> || std::is_same_v<T, std::string>) {
-    return std::get<T>(value);
-  } else if constexpr (std::is_integral_v<T>) {
+  } else if constexpr (std::is_integral_v<T> && !std::is_same_v<T, bool>) {
     return static_cast<T>(std::get<std::int64_t>(value));
   } else if constexpr (std::is_same_v<T, Vec3f>) {
     return std::get<Vec3>(value).template cast<float>();
