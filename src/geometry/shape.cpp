@@ -6,14 +6,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "src/geometry/height_field.h"
 #include "src/geometry/mesh.h"
 
 namespace firn {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 SurfaceDistance local_surface(const Ball& ball, const Vec3& p) {
   const double length = p.norm();
@@ -89,10 +88,12 @@ Bounds local_bounds(const HeightField& field) {
 }
 Bounds local_bounds(const Mesh& mesh) { return mesh.mesh->bounds(); }
 
-std::optional<double> local_volume(const Ball& ball) { return 4.0 / 3.0 * kPi * std::pow(ball.radius, 3); }
+std::optional<double> local_volume(const Ball& ball) {
+  return 4.0 / 3.0 * std::numbers::pi * std::pow(ball.radius, 3);
+}
 std::optional<double> local_volume(const Box& box) { return 8 * box.half_size.prod(); }
 std::optional<double> local_volume(const Cylinder& c) {
-  return 2 * kPi * c.radius * c.radius * c.half_height;
+  return 2 * std::numbers::pi * c.radius * c.radius * c.half_height;
 }
 std::optional<double> local_volume(const Capsule& c) {
   return *local_volume(Ball{c.radius}) + *local_volume(Cylinder{c.radius, c.half_length});

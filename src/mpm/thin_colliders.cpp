@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kThinCells = 2;
 constexpr double kUnbounded = 1e300;
-constexpr double kClear = 1e-4;  // of the collider's thickness: particles are set down this far outside
+constexpr double kClearance = 1e-4;  // of the collider's thickness: particles are set down this far outside
 // Cells that a particle is set back in one step: snow that a motion has squeezed deep into the collider comes
 // out over some steps, and never leaves its block's margin unseen.
 constexpr double kMostBack = 1;
@@ -74,7 +74,7 @@ bool stop_at(const ThinCollider& thin, const Vec3& x, Vec3& y, Vec3& v) {
   // In the collider's own frame it stands still, and the particle goes straight from one place to another.
   const Shape still{thin.after.form, Pose{}};
   const Vec3 from = thin.before.pose.to_local(x), to = thin.after.pose.to_local(y);
-  const double way = (to - from).norm(), clear = kClear * thickness(still);
+  const double way = (to - from).norm(), clear = kClearance * thickness(still);
   SurfaceDistance surface = closest_surface(still, from);
   Vec3 met = from;
   if (surface.distance > 0) {

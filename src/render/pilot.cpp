@@ -17,8 +17,8 @@ constexpr double kTurn = 0.4;
 constexpr double kPixels = 64;  // of a small picture
 // At a glance: two pictures of each integrator, of one path a pixel.
 constexpr int kGlance = 2, kGlanceSamples = 1;
-constexpr double kTooDear = 0.05;  // of the work of the large picture, for a single one: not worth it
-constexpr double kClear = 3;       // times the work, or the light: no need, or every need, to look longer
+constexpr double kTooDear = 0.05;     // of the work of the large picture, for a single one: not worth it
+constexpr double kClearlyBetter = 3;  // times the work, or the light: no need, or every need, to look longer
 // A longer look: light that comes evenly is stratified among a pixel's paths, as in the large picture.
 constexpr int kSamples = 4, kMost = 64;  // paths a pixel; pictures
 constexpr double kBudget = 0.005;        // of the work of the large picture, for both integrators together
@@ -81,7 +81,7 @@ class Pilot {
 
 // A glance is enough, if the better is not quiet for want of light.
 bool clearly_worse(const Pilot& worse, const Pilot& better) {
-  return worse.cost() > kClear * better.cost() && worse.light() < kClear * better.light();
+  return worse.cost() > kClearlyBetter * better.cost() && worse.light() < kClearlyBetter * better.light();
 }
 
 // How many pictures of a longer look the budget allows.

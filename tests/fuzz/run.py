@@ -28,7 +28,7 @@ SIDE_BY_SIDE = 2
 # instruction set. They are left as they are, for with all this each would take minutes to compile.
 KERNELS = ROOT / "tests/fuzz/uninstrumented.txt"
 OPTIONS = ["-Dfuzz=true", "-Dtests=false", "-Dbench=false", "-Db_sanitize=address,undefined", "-Db_lundef=false",
-           "-Db_pch=false", "-Disas=", "-Doptimization=1", "-Ddebug=true", "-Db_ndebug=false",
+           "-Db_pch=false", "-Dunity=off", "-Disas=", "-Doptimization=1", "-Ddebug=true", "-Db_ndebug=false",
            f"-Dcpp_args=-g1 -fsanitize=fuzzer-no-link -fsanitize-ignorelist={KERNELS} "
            f"-fsanitize-coverage-ignorelist={KERNELS}"]
 # The sanitizers hold freed memory back, so the process may hold more than any input asks for at once.

@@ -56,10 +56,21 @@ def plain_command(entry):
     return kept
 
 
+def single_files(entries):
+    """Entries of meson's unity files, which only include some sources, become one for each source."""
+    for entry in entries:
+        unity = Path(entry["directory"], entry["file"])
+        if not re.search(r"-unity\d+\.cpp$", unity.name):
+            yield entry
+        elif unity.exists():
+            for source in re.findall(r"#include\s*[<\"]([^>\"]+)[>\"]", unity.read_text(encoding="utf-8")):
+                yield entry | {"file": source, "command": entry["command"].replace(entry["file"], source)}
+
+
 def commands(folder):
     """{file: entry}, one for each file: kernels as AVX2 has them."""
     chosen = {}
-    for entry in json.loads((folder / "compile_commands.json").read_text(encoding="utf-8")):
+    for entry in single_files(json.loads((folder / "compile_commands.json").read_text(encoding="utf-8"))):
         path = Path(os.path.normpath(Path(entry["directory"], entry["file"])))
         if not path.is_relative_to(tree.ROOT) or path.relative_to(tree.ROOT).parts[0] not in ROOMS:
             continue

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "src/core/portable_math.h"
 
@@ -10,7 +11,6 @@ namespace firn {
 namespace {
 
 constexpr int kSteps = 64;
-constexpr double kPi = 3.14159265358979323846;
 
 double default_width(FilterKind kind) {
   if (kind == FilterKind::box) return 1;
@@ -27,8 +27,9 @@ double curve(FilterKind kind, double r) {
     case FilterKind::gaussian:
       return portable_exp(-4.5 * r * r) - portable_exp(-4.5);
     default:
-      return 0.35875 + 0.48829 * portable_sincos(kPi * r).cos + 0.14128 * portable_sincos(2 * kPi * r).cos +
-             0.01168 * portable_sincos(3 * kPi * r).cos;
+      return 0.35875 + 0.48829 * portable_sincos(std::numbers::pi * r).cos +
+             0.14128 * portable_sincos(2 * std::numbers::pi * r).cos +
+             0.01168 * portable_sincos(3 * std::numbers::pi * r).cos;
   }
 }
 

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "src/core/portable_math.h"
 
 namespace firn {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kLowest = 0.01;  // sine of the elevation below which the sky stays as it is there
 
 // The paper's A.2: a column's value is slope * turbidity + offset.
@@ -41,7 +41,7 @@ double zenith_chromaticity(const double (&table)[3][4], double turbidity, double
 }
 
 double zenith_luminance(double turbidity, double angle) {  // kcd/m^2
-  const SinCos chi = portable_sincos((4.0 / 9 - turbidity / 120) * (kPi - 2 * angle));
+  const SinCos chi = portable_sincos((4.0 / 9 - turbidity / 120) * (std::numbers::pi - 2 * angle));
   return (4.0453 * turbidity - 4.9710) * (chi.sin / chi.cos) - 0.2155 * turbidity + 2.4192;
 }
 

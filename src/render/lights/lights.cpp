@@ -4,15 +4,14 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "src/core/infinity.h"
 #include "src/core/portable_math.h"
 #include "src/render/sampling/directions.h"
 
 namespace firn {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr double kNarrowest = 1e-7;  // 1 - cos of a sun's radius: 0.026 degrees, so that rays can hit it
 
 float power_of(const Lamp& lamp) {

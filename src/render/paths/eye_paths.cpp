@@ -2,15 +2,14 @@
 // Eye subpaths: they leave the camera, come upon lights, and are connected to lights and light subpaths.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "src/core/infinity.h"
 #include "src/render/paths/path.h"
 #include "src/render/paths/path_draws.h"
 
 namespace firn {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 // What snow looks like to a denoiser.
 constexpr float kSnowAlbedo = 0.9f;
 constexpr std::size_t kAskAtOnce = 2048;  // collisions: their columns stay in the second cache level

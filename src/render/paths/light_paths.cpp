@@ -2,20 +2,14 @@
 // Light subpaths: they leave the lights, are seen by the camera, and leave their vertices for eye subpaths to
 // connect to.
 #include <algorithm>
-#include <limits>
 #include <numeric>
 #include <utility>
 
+#include "src/core/infinity.h"
 #include "src/render/paths/path.h"
 #include "src/render/paths/path_draws.h"
 
 namespace firn {
-namespace {
-
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-}  // namespace
-
 // `light`: what the subpath leaves, as a ray would come upon it.
 bool TilePaths::start_light(Subpath& subpath, Vec3f& origin, Vec3f& direction, LightHit& light) const {
   const PathRandom& random = paths_[subpath.path].random;

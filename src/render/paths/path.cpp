@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
+#include "src/core/infinity.h"
 #include "src/render/paths/path_draws.h"
 #include "src/render/sampling/directions.h"
 #include "src/render/sampling/phase.h"
@@ -14,8 +14,7 @@
 namespace firn {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr int kBlock = 4;               // pixels: neighbours in a stream are neighbours on the film
+constexpr int kPixelBlock = 4;          // pixels: neighbours in a stream are neighbours on the film
 constexpr float kRouletteBelow = 0.1f;  // of what the subpath began with
 // Deep snow is at least five mean free paths from the light.
 constexpr float kLitDeep = 0.1f;
@@ -66,11 +65,11 @@ void TilePaths::start_paths(const Tile& tile, std::uint32_t first, std::uint32_t
                             const PixelSet& wanted) {
   paths_.clear();
   const auto frame = static_cast<std::uint64_t>(view_.snapshot.frame);
-  for (int y = tile.y0; y < tile.y1; y += kBlock) {
-    for (int x = tile.x0; x < tile.x1; x += kBlock) {
+  for (int y = tile.y0; y < tile.y1; y += kPixelBlock) {
+    for (int x = tile.x0; x < tile.x1; x += kPixelBlock) {
       for (std::uint32_t sample = first; sample < last; ++sample) {
-        for (int py = y; py < std::min(y + kBlock, tile.y1); ++py) {
-          for (int px = x; px < std::min(x + kBlock, tile.x1); ++px) {
+        for (int py = y; py < std::min(y + kPixelBlock, tile.y1); ++py) {
+          for (int px = x; px < std::min(x + kPixelBlock, tile.x1); ++px) {
             if (!wanted.has(px, py)) continue;
             const auto pixel = static_cast<std::uint64_t>(py) << 32 | static_cast<std::uint32_t>(px);
             const Sampler sampler(view_.setup.seed, frame, pixel);

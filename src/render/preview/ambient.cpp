@@ -3,15 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "src/core/infinity.h"
 #include "src/render/columns/ray_stream.h"
 #include "src/render/sampling/directions.h"
 
 namespace firn {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr int kDirections = 1024;
 
 // Even over the sphere: a spiral by the golden angle.

@@ -5,15 +5,15 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <utility>
+
+#include "src/core/infinity.h"
 
 namespace firn {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr int kBlock = 8;     // pixels: neighbours in a stream are neighbours on the film
-constexpr int kSpecular = 6;  // mirrors and sides of glass, one behind another
+constexpr int kStreamBlock = 8;  // pixels: neighbours in a stream are neighbours on the film
+constexpr int kSpecular = 6;     // mirrors and sides of glass, one behind another
 
 class Clock {
  public:
@@ -68,9 +68,10 @@ void PreviewTile::aim(const Tile& tile, bool layered) {
   const auto most = static_cast<std::size_t>(tile.x1 - tile.x0) * static_cast<std::size_t>(tile.y1 - tile.y0);
   pixel_x_.resize(most), pixel_y_.resize(most);
   std::size_t count = 0;
-  for (int y = tile.y0; y < tile.y1; y += kBlock) {
-    for (int x = tile.x0; x < tile.x1; x += kBlock) {
-      for (int k = 0; k < kBlock * kBlock; ++k) {  // of blocks of 2 x 2 in blocks of 4 x 4 in blocks of 8 x 8
+  for (int y = tile.y0; y < tile.y1; y += kStreamBlock) {
+    for (int x = tile.x0; x < tile.x1; x += kStreamBlock) {
+      // In blocks of 2 x 2 in blocks of 4 x 4 in blocks of 8 x 8.
+      for (int k = 0; k < kStreamBlock * kStreamBlock; ++k) {
         const int px = x + (k >> 4 & 1) * 4 + (k >> 2 & 1) * 2 + (k & 1);
         const int py = y + (k >> 5) * 4 + (k >> 3 & 1) * 2 + (k >> 1 & 1);
         if (px < tile.x1 && py < tile.y1) pixel_x_[count] = px, pixel_y_[count++] = py;

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "src/render/snow/facets.h"
 
+#include <numbers>
+
 #include "src/core/portable_math.h"
 
 namespace firn {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kCandidates = 0.25;  // a cell, about: most cells are empty and cost one hash
 constexpr int kMostCells = 1024;      // of direction along an edge
 
@@ -15,11 +16,12 @@ constexpr int kMostCells = 1024;      // of direction along an edge
 FacetField::FacetField(const SparkleSettings& s) {
   // A plane cuts `per_volume * 2 radius` balls a m^2, and of each 2/3 of its largest disc in the mean.
   radius_ = static_cast<float>(s.size);
-  coverage_ = static_cast<float>(s.density * 2 / 3 * kPi * s.size * s.size);
+  coverage_ = static_cast<float>(s.density * 2 / 3 * std::numbers::pi * s.size * s.size);
   const double per_volume = s.density / (2 * s.size);
-  side_ = std::clamp(static_cast<int>(180 / kPi / s.roughness), 1, kMostCells);  // about 2 roughness wide
+  // A cell is about 2 roughness wide.
+  side_ = std::clamp(static_cast<int>(180 / std::numbers::pi / s.roughness), 1, kMostCells);
   step_ = 2.f / static_cast<float>(side_);
-  const double per_cell = per_volume / (2 * kPi) * step_ * step_;  // candidates a m^3
+  const double per_cell = per_volume / (2 * std::numbers::pi) * step_ * step_;  // candidates a m^3
   const double cell = std::max(portable_cbrt(kCandidates / std::max(per_cell, 1e-9)), 2 * s.size);
   cell_ = static_cast<float>(cell);
   inv_cell_ = static_cast<float>(1 / cell);

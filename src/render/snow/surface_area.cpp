@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "src/core/portable_math.h"
@@ -11,15 +12,13 @@
 namespace firn {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
-double area_of(const Ball& ball) { return 4 * kPi * ball.radius * ball.radius; }
+double area_of(const Ball& ball) { return 4 * std::numbers::pi * ball.radius * ball.radius; }
 double area_of(const Box& box) {
   const Vec3& h = box.half_size;
   return 8 * (h.y() * h.z() + h.z() * h.x() + h.x() * h.y());
 }
-double area_of(const Cylinder& c) { return 2 * kPi * c.radius * (c.radius + 2 * c.half_height); }
-double area_of(const Capsule& c) { return 4 * kPi * c.radius * (c.radius + c.half_length); }
+double area_of(const Cylinder& c) { return 2 * std::numbers::pi * c.radius * (c.radius + 2 * c.half_height); }
+double area_of(const Capsule& c) { return 4 * std::numbers::pi * c.radius * (c.radius + c.half_length); }
 template <class Other>
 double area_of(const Other&) {
   return 0;
@@ -27,7 +26,7 @@ double area_of(const Other&) {
 
 // The horizontal direction of angle 2 pi u.
 Vec3 around_y(double u) {
-  const SinCos angle = portable_sincos(2 * kPi * u);
+  const SinCos angle = portable_sincos(2 * std::numbers::pi * u);
   return {angle.sin, 0, angle.cos};
 }
 
