@@ -37,23 +37,25 @@ def name_of(test):
     return test["name"].split(" / ")[-1]
 
 
-def build_record(folder, began, seconds):
-    """meson builds what the asked tests need, so a build may be of everything or of nothing."""
+def build_records(folder, began, seconds):
+    """meson builds what the asked tests need, so a build may be of everything, or of nothing, which is no build."""
     objects = [path.stat().st_mtime >= began for path in Path(folder).rglob("*.o")]
-    return {"seconds": seconds, "passed": 0, "failed": 0, "note": f"{sum(objects)} of {len(objects)} objects"}
+    if not any(objects):
+        return {}
+    return {"build": {"seconds": seconds, "passed": 0, "failed": 0, "note": f"{sum(objects)} of {len(objects)} objects"}}
 
 
 def main(folder, name, began):
     log = Path(folder, "meson-logs", f"{name}.json")
     elapsed = time.time() - began
     if not log.exists():
-        stages.add(folder, {"build": build_record(folder, began, elapsed) | {"failed": 1}})
+        failed_build = {"seconds": elapsed, "passed": 0, "failed": 1, "note": "no test was run"}
+        stages.add(folder, {"build": failed_build})
         print("0 passed, 1 failed")
         return 1
     passed = failed = 0
-    records = {}
     tests = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
-    records["build"] = build_record(folder, began, max(0, elapsed - sum(test["duration"] for test in tests)))
+    records = build_records(folder, began, max(0, elapsed - sum(test["duration"] for test in tests)))
     for test in tests:
         if test["result"] == "SKIP":
             print(f"skipped: {test['name']}: {test.get('stdout', '').strip()}", file=sys.stderr)
