@@ -114,7 +114,7 @@ def is_stale(side, programs):
     words = ["ninja", "-n", "-C", str(side.build), *(TARGETS[name] for name in programs)]
     done = subprocess.run(words, capture_output=True, text=True)
     steps = re.findall(r"^\[\d+/\d+\] (Compiling .*|Regenerating .*)$", done.stdout, re.M)
-    return done.returncode == 0 and any(not step.endswith("io_version.cpp.o") for step in steps)
+    return done.returncode == 0 and any(not step.endswith("version.cpp.o") for step in steps)
 
 
 def checked_out(folder, commit):

@@ -18,39 +18,7 @@ from pathlib import Path
 FIRN = sys.argv[1] if len(sys.argv) > 1 else "build/firn"
 PATIENCE = float(os.environ.get("FIRN_TEST_PATIENCE", "1"))  # longer for builds with sanitizers
 
-SCENE = """
-name = "tiny"
-[camera]
-position = [0.0, 0.3, 1.0]
-target = [0.0, 0.15, 0.0]
-[image]
-width = 48
-height = 32
-samples = 2
-[time]
-frames = 6
-fps = 24.0
-speed = 0.5
-[simulation]
-particles_across = 12
-seed = 3
-[[snow]]
-name = "ball"
-shape = "ball"
-center = [0.0, 0.12, 0.0]
-radius = 0.1
-velocity = [0.0, -2.0, 0.0]
-preset = "fresh"
-[ground]
-friction = 0.5
-[[light]]
-type = "sky"
-zenith = [0.2, 0.3, 0.5]
-horizon = [0.5, 0.5, 0.6]
-ground = [0.2, 0.2, 0.2]
-[output]
-checkpoint_every = 2
-"""
+SCENE = Path(__file__).with_name("tiny.toml").read_text(encoding="utf-8")
 # Some tenths of a second a frame: long enough to be interrupted in one.
 LARGER = ["--set", "image.samples=24", "--set", "image.width=320", "--set", "image.height=240"]
 

@@ -21,38 +21,9 @@ from pathlib import Path
 FIRN = sys.argv[1] if len(sys.argv) > 1 else "build/firn"
 FRAMES, FPS, WIDTH, HEIGHT = 6, 24, 48, 32
 LAYERS = {"albedo": 3, "normal": 3, "depth": 1, "sparkle": 3, "subsurface": 3, "samples": 1, "variance": 1}
-SCENE = f"""
-name = "tiny"
-description = "A ball, \\"so to speak\\", that falls: ä, ❄, \\\\ and #"
-[camera]
-position = [0.0, 0.3, 1.0]
-target = [0.0, 0.15, 0.0]
-[image]
-width = {WIDTH}
-height = {HEIGHT}
-samples = 4
-[time]
-frames = {FRAMES}
-fps = {FPS}
-speed = 0.5
-[simulation]
-particles_across = 12
-seed = 3
-[[snow]]
-name = "ball"
-shape = "ball"
-center = [0.0, 0.12, 0.0]
-radius = 0.1
-velocity = [0.0, -2.0, 0.0]
-preset = "fresh"
-[ground]
-friction = 0.5
-[[light]]
-type = "sky"
-zenith = [0.2, 0.3, 0.5]
-horizon = [0.5, 0.5, 0.6]
-ground = [0.2, 0.2, 0.2]
-[output]
+DESCRIPTION = r'''description = "A ball, \"so to speak\", that falls: ä, ❄, \\ and #"'''
+SCENE = (Path(__file__).resolve().parents[1] / "graph/tiny.toml").read_text(encoding="utf-8")
+SCENE = SCENE.replace("[camera]", DESCRIPTION + "\n[camera]", 1).replace("samples = 2", "samples = 4") + f"""
 particles = true
 tone_map = "srgb"
 layers = {json.dumps(["beauty", *LAYERS])}

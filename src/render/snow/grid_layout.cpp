@@ -19,7 +19,6 @@ constexpr double kMaxRadiusCells = 2;     // larger balls are strays
 constexpr std::size_t kMaxStrays = 1024;  // every ray tests them all
 constexpr double kMaxBricks = 1 << 22;
 constexpr float kFarthest = 1e12f;  // m, from the snapshot's origin; beyond it cells cannot be counted
-constexpr std::size_t kLayoutChunk = 8192;
 
 struct Statistics {
   Bounds bounds;
@@ -112,13 +111,14 @@ Bounds trim(const Snapshot& snapshot, const Bounds& all, double spacing) {
 }
 
 std::size_t count_strays(const Snapshot& snapshot, const GridLayout& layout) {
-  std::vector<std::size_t> parts((snapshot.size() + kLayoutChunk - 1) / kLayoutChunk, 0);
-  parallel_chunks(snapshot.size(), kLayoutChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-    BallSizes sizes = layout.sizes;
-    for (std::size_t i = begin; i < end; ++i) {
-      parts[chunk] += !layout.holds(layout.local(snapshot, i), sizes.radius(snapshot, i));
-    }
-  });
+  std::vector<std::size_t> parts((snapshot.size() + kParticleChunk - 1) / kParticleChunk, 0);
+  parallel_chunks(snapshot.size(), kParticleChunk,
+                  [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+                    BallSizes sizes = layout.sizes;
+                    for (std::size_t i = begin; i < end; ++i) {
+                      parts[chunk] += !layout.holds(layout.local(snapshot, i), sizes.radius(snapshot, i));
+                    }
+                  });
   std::size_t sum = 0;
   for (const std::size_t part : parts) sum += part;
   return sum;
@@ -151,8 +151,8 @@ GridLayout lay_out_grid(const kernels::TraceKernels& kernels, const Snapshot& sn
   GridLayout layout;
   layout.sizes = BallSizes(looks);
   layout.origin = snapshot.origin;
-  std::vector<Statistics> parts((count + kLayoutChunk - 1) / kLayoutChunk);
-  parallel_chunks(count, kLayoutChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+  std::vector<Statistics> parts((count + kParticleChunk - 1) / kParticleChunk);
+  parallel_chunks(count, kParticleChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
     parts[chunk] = measure(kernels, snapshot, layout.sizes, begin, end);
   });
   Statistics all;
@@ -162,8 +162,8 @@ GridLayout lay_out_grid(const kernels::TraceKernels& kernels, const Snapshot& sn
     all.spacing_sum += part.spacing_sum;
     all.max_radius = std::max(all.max_radius, part.max_radius);
     all.bad = std::min(all.bad, part.bad);
-    all.alike = all.alike && part.alike && snapshot.volume0[chunk * kLayoutChunk] == snapshot.volume0[0] &&
-                snapshot.object[chunk * kLayoutChunk] == snapshot.object[0];
+    all.alike = all.alike && part.alike && snapshot.volume0[chunk * kParticleChunk] == snapshot.volume0[0] &&
+                snapshot.object[chunk * kParticleChunk] == snapshot.object[0];
   }
   if (all.bad != SIZE_MAX) {
     throw Error(

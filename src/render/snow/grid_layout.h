@@ -3,6 +3,7 @@
 // cells. The cell follows the mean particle spacing. It grows only when the table of bricks or the list of
 // strays would have no bound, and a few particles that flew far away do not make it grow.
 #pragma once
+#include <cstddef>
 #include <vector>
 
 #include "kernels/trace/table.h"
@@ -10,6 +11,8 @@
 #include "src/render/setup.h"
 
 namespace firn {
+
+inline constexpr std::size_t kParticleChunk = 8192;  // particles, or cells, that one task takes
 
 // The radius of each particle's ball: its look's share of its spacing, the cube root of its volume. Remembers
 // the last, since neighbours are mostly alike; copy it for a loop of one's own.

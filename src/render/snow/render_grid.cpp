@@ -16,7 +16,6 @@ using kernels::kBrickCells;
 using kernels::kCellMargin;
 using kernels::kCellsPerBrick;
 
-constexpr std::size_t kGridChunk = 8192;
 constexpr std::size_t kSortChunks = 32;  // at most; each counts all bricks
 constexpr int kMaxClearance = 15;        // bricks
 // Room for lists: one unit (64 bytes) for so many balls of the grid. Cells that find none left are read by
@@ -35,7 +34,7 @@ void measure_clearance(const int bricks[3], std::vector<std::int32_t>& slot) {
   for (std::size_t b = 0; b < slot.size(); ++b) clearance[b] = slot[b] < 0 ? kMaxClearance : 0;
   for (int a = 0; a < 3; ++a) {
     before = clearance;
-    parallel_chunks(clearance.size(), kGridChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+    parallel_chunks(clearance.size(), kParticleChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
       for (std::size_t b = begin; b < end; ++b) {
         const int i = static_cast<int>(b / strides[a] % bricks[a]);
         int best = before[b];
@@ -68,7 +67,7 @@ void RenderGrid::find_cells(const Snapshot& snapshot) {
   const std::size_t bricks = bricks_in_table();
   slot_.assign(bricks + 1, -kMaxClearance);  // the last for strays
   const float* const position[3] = {snapshot.x[0].data(), snapshot.x[1].data(), snapshot.x[2].data()};
-  parallel_chunks(snapshot.size(), kGridChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+  parallel_chunks(snapshot.size(), kParticleChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
     kernels_.cell_codes(view_, position, layout_.shift, begin, end, code_);
     if (!layout_.radii_fit) {
       BallSizes sizes = layout_.sizes;
@@ -97,7 +96,7 @@ void RenderGrid::number_bricks() {
 // knows where its own go.
 void RenderGrid::sort_by_brick(std::size_t count) {
   const std::size_t keys = brick_of_slot_.size() + 1;
-  const std::size_t size = std::max(kGridChunk, (count + kSortChunks - 1) / kSortChunks);
+  const std::size_t size = std::max(kParticleChunk, (count + kSortChunks - 1) / kSortChunks);
   const std::size_t chunks = (count + size - 1) / size;
   std::vector<std::uint32_t> next(chunks * keys, 0);
   parallel_chunks(count, size, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
@@ -279,7 +278,7 @@ void RenderGrid::open_lists(bool later) {
 void RenderGrid::set_radii(const std::vector<float>& radii) {
   const std::uint32_t inside = brick_start_[brick_start_.size() - 2];
   radius_.resize(order_.size(), view_.max_radius);
-  parallel_chunks(inside, kGridChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+  parallel_chunks(inside, kParticleChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
     std::copy(radii.data() + begin, radii.data() + end, radius_.data() + begin);
   });
   view_.radius = radius_.data();
@@ -289,10 +288,10 @@ void RenderGrid::set_radii(const std::vector<float>& radii) {
 // Only cells that a ball reaches keep the right to a list.
 void RenderGrid::empty_unreached_lists() {
   const std::uint32_t inside = brick_start_[brick_start_.size() - 2];
-  parallel_chunks(list_.size(), kGridChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+  parallel_chunks(list_.size(), kParticleChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
     std::fill(list_.data() + begin, list_.data() + end, 0u);
   });
-  parallel_chunks(inside, kGridChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+  parallel_chunks(inside, kParticleChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s) {
       const float its = radius(static_cast<std::uint32_t>(s));
       if (!(its > 0)) continue;

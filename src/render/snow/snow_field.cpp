@@ -17,7 +17,6 @@ using kernels::kCellsPerBrick;
 using kernels::kFieldTile;
 
 constexpr float kLevel = 0.5f;
-constexpr std::size_t kFieldChunk = 8192;
 }  // namespace
 
 // Of each occupied brick the slots of the 27 bricks around it, -1 where none is occupied.
@@ -154,7 +153,7 @@ void SnowField::weigh(const Snapshot& snapshot, const std::vector<SnowLook>& loo
   };
   const auto volume_of = [&](std::uint32_t i) { return static_cast<float>(snapshot.volume0[i] * per_cell); };
   volume_.resize(grid_->size()), mass_.resize(grid_->size());
-  parallel_chunks(grid_->size(), kFieldChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+  parallel_chunks(grid_->size(), kParticleChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
     if (grid_->alike()) {
       std::fill(volume_.data() + begin, volume_.data() + end, volume_of(0));
       std::fill(mass_.data() + begin, mass_.data() + end,
@@ -196,7 +195,7 @@ void SnowField::splat_optics(const Snapshot& snapshot, const std::vector<SnowLoo
   extinction_ = alike ? static_cast<float>(first.extinction) : 1.f;
   if (alike) return;
   optical_.resize(grid_->size());
-  parallel_chunks(grid_->size(), kFieldChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+  parallel_chunks(grid_->size(), kParticleChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s) {
       const std::size_t object = snapshot.object[grid_->snapshot_index(static_cast<std::uint32_t>(s))];
       optical_[s] = mass_[s] * static_cast<float>(looks[std::min(object, looks.size() - 1)].extinction);
@@ -214,8 +213,8 @@ void SnowField::close_surface(RenderGrid& grid, const Snapshot& snapshot) {
     double mass = 0, optical = 0, room = 0;
   };
   const std::vector<float>& optical = sigma_.empty() ? mass_ : optical_;
-  std::vector<Sum> sums((radii_.size() + kFieldChunk - 1) / kFieldChunk);
-  parallel_chunks(radii_.size(), kFieldChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+  std::vector<Sum> sums((radii_.size() + kParticleChunk - 1) / kParticleChunk);
+  parallel_chunks(radii_.size(), kParticleChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s) {
       if (!(radii_[s] > 0)) continue;
       sums[chunk].mass += mass_[s];
