@@ -140,7 +140,7 @@ void Simulation::load(std::istream& in) {
   read(in, blocks.coord.data(), c.blocks);
   read(in, blocks.begin.data(), c.blocks + 1);
   read(in, blocks.calm.data(), c.blocks);
-  for (const BlockCoord& b : blocks.coord) blocks.key.push_back(addressable(b) ? block_key(b) : 0);
+  for (const BlockCoord& b : blocks.coord) blocks.key.push_back(block_key(b));
   if (!consistent(blocks, c.particles)) throw Error(ExitCode::io, "", "the saved simulation is damaged");
   ParticleColumns particles;
   particles.allocate(c.particles);

@@ -37,7 +37,7 @@ constexpr std::uint64_t spread_bits(std::uint64_t v) {
 }
 
 constexpr BlockKey block_key(const BlockCoord& b) {
-  const auto bits = [](std::int32_t c) { return spread_bits(static_cast<std::uint64_t>(c + kBlockReach)); };
+  const auto bits = [](std::int64_t c) { return spread_bits(static_cast<std::uint64_t>(c + kBlockReach)); };
   return (bits(b.x) << 2) | (bits(b.y) << 1) | bits(b.z);
 }
 
@@ -49,7 +49,7 @@ constexpr BlockCoord neighbour(const BlockCoord& b, int n) {
 // The keys of all neighbours of b, and its own, in that order.
 constexpr std::array<BlockKey, 27> keys_around(const BlockCoord& b) {
   BlockKey bits[3][3] = {};
-  const std::int32_t corner[3] = {b.x - 1, b.y - 1, b.z - 1};
+  const std::int64_t corner[3] = {b.x - 1, b.y - 1, b.z - 1};
   for (int axis = 0; axis < 3; ++axis) {
     for (int i = 0; i < 3; ++i)
       bits[axis][i] = spread_bits(static_cast<std::uint64_t>(corner[axis] + i + kBlockReach)) << (2 - axis);
