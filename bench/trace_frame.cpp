@@ -20,7 +20,7 @@ constexpr std::size_t kPixels = std::size_t{kFilmWidth} * kFilmHeight;
 static_assert(kPixels % RayPacks::kPack == 0 && kFilmWidth % kTile == 0 && kFilmHeight % kTile == 0);
 constexpr float kAlbedo = 0.9f;
 constexpr float kLift = 1e-3f;  // m: rays start so far above the surface, not to meet it again
-constexpr std::uint64_t kSeed = 7;
+constexpr std::uint64_t kDirectionSeed = 7;
 constexpr std::size_t kDirections = 4096;
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
@@ -81,8 +81,8 @@ TraceFrame::TraceFrame(const TraceScene& scene, int busy_threads)
       film_(kPixels) {
   for (auto& column : normal_) column.resize(kPixels);
   for (std::size_t i = 0; i < kDirections; ++i) {
-    const double z = 2 * uniform_double(hash_keys(kSeed, i, 0)) - 1, r = std::sqrt(1 - z * z);
-    const double angle = 2 * std::numbers::pi * uniform_double(hash_keys(kSeed, i, 1));
+    const double z = 2 * uniform_double(hash_keys(kDirectionSeed, i, 0)) - 1, r = std::sqrt(1 - z * z);
+    const double angle = 2 * std::numbers::pi * uniform_double(hash_keys(kDirectionSeed, i, 1));
     sphere_.push_back(Vec3(r * std::cos(angle), r * std::sin(angle), z).cast<float>());
   }
 }

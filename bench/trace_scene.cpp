@@ -14,7 +14,7 @@ namespace firn::bench {
 
 namespace {
 
-constexpr std::uint64_t kSeed = 5;
+constexpr std::uint64_t kJitterSeed = 5;
 constexpr double kJitter = 0.25;  // spacings, to each side
 constexpr double kDx = 2;         // m: 8 particles a cell
 
@@ -23,7 +23,7 @@ double radians(double degrees) { return degrees * std::numbers::pi / 180; }
 // The lattice point, displaced at random.
 Vec3 jittered(int x, int y, int z) {
   const auto displaced = [&](int at, int axis) {
-    return at + kJitter * (2 * uniform_double(hash_keys(kSeed, axis, x, y, z)) - 1);
+    return at + kJitter * (2 * uniform_double(hash_keys(kJitterSeed, axis, x, y, z)) - 1);
   };
   return {displaced(x, 0), displaced(y, 1), displaced(z, 2)};
 }

@@ -10,9 +10,7 @@
 #include "tests/kernels/material_laws.h"
 #include "tests/kernels/particles.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::cam_clay {
 namespace {
 
 kernels::MaterialParams clay(float slope2, float beta, float alpha0, float hardening) {
@@ -235,3 +233,5 @@ TEST_CASE(
   CHECK(packed > 0.005);
   CHECK(layer.pressure(m) > 0.005 * kappa);
 }
+
+}  // namespace firn::test::cam_clay

@@ -9,9 +9,7 @@
 #include "tests/kernels/lane_parts.h"
 #include "tests/kernels/particles.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::eigenvalues {
 namespace {
 
 constexpr std::size_t kMatrices = 40000;
@@ -115,3 +113,5 @@ TEST_CASE(
     CHECK(eigenvalue_error(table, m) < 1e-6);
   });
 }
+
+}  // namespace firn::test::eigenvalues

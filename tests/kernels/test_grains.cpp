@@ -10,9 +10,7 @@
 #include "tests/kernels/material_laws.h"
 #include "tests/kernels/particles.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::grains {
 namespace {
 
 using Materials = std::vector<kernels::MaterialParams>;
@@ -192,3 +190,5 @@ TEST_CASE("grains have the same stress and yield on v3 and v4, for any count bes
       CHECK(std::memcmp(result.data(), results[0].data(), result.size() * sizeof(float)) == 0);
   }
 }
+
+}  // namespace firn::test::grains

@@ -7,9 +7,7 @@
 #include "tests/kernels/material_laws.h"
 #include "tests/kernels/particles.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::material {
 namespace {
 
 constexpr int kSymmetric[6] = {0, 4, 8, 1, 2, 5};  // xx yy zz xy xz yz in a row-major 3x3
@@ -184,3 +182,5 @@ TEST_CASE("the summary of 1 to 17 particles has their largest speed, rate and wa
     }
   });
 }
+
+}  // namespace firn::test::material

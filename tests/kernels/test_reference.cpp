@@ -10,7 +10,7 @@
 #include "tests/catch.h"
 #include "tests/kernels/particles.h"
 
-using namespace firn;
+namespace firn::test::reference {
 namespace ref = firn::kernels::reference;
 
 namespace {
@@ -78,3 +78,5 @@ TEST_CASE("in double, a free body keeps mass and momentum to 1e-13, angular mome
     }
   }
 }
+
+}  // namespace firn::test::reference

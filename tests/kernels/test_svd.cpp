@@ -8,9 +8,7 @@
 #include "tests/catch.h"
 #include "tests/kernels/particles.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::svd {
 namespace {
 
 struct Matrices {
@@ -276,3 +274,5 @@ TEST_CASE("SVD finds the singular values of the double reference") {
     CHECK(error.value() <= 1e-6);
   });
 }
+
+}  // namespace firn::test::svd

@@ -6,9 +6,7 @@
 #include "tests/catch.h"
 #include "tests/kernels/particles.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::transfer {
 namespace {
 
 struct alignas(64) Tile {
@@ -375,3 +373,5 @@ TEST_CASE(
     }
   });
 }
+
+}  // namespace firn::test::transfer

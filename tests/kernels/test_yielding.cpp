@@ -24,9 +24,7 @@ kernels::LaneParts lane_parts_of(const kernels::KernelTable& table) {
 
 }  // namespace firn::test
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::yielding {
 namespace {
 
 struct alignas(64) Tile {
@@ -237,3 +235,5 @@ TEST_CASE("G2P projects yielding particles of mixed materials, some of them elas
     }
   });
 }
+
+}  // namespace firn::test::yielding

@@ -8,8 +8,7 @@
 #include "src/render/camera.h"
 #include "tests/catch.h"
 
-using namespace firn;
-
+namespace firn::test::camera {
 namespace {
 
 Camera tilted(double aperture) {
@@ -159,3 +158,5 @@ TEST_CASE("a camera that cannot see is a usage Error") {
   CHECK(refused(tilted(0), empty));
   CHECK(refused(tilted(0), pointed));
 }
+
+}  // namespace firn::test::camera

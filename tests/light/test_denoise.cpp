@@ -5,9 +5,7 @@
 #include "tests/catch.h"
 #include "tests/light/scenes.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::denoise {
 namespace {
 
 // Of what does not glint: sparkle is no noise, and is left as it is.
@@ -67,3 +65,5 @@ TEST_CASE("the denoiser keeps the light of glinting snow and leaves its sparkle 
   CHECK(glints > 100);
   CHECK(std::fabs(bias / kSeeds) < 0.005);
 }
+
+}  // namespace firn::test::denoise

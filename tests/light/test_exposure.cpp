@@ -9,9 +9,7 @@
 #include "tests/catch.h"
 #include "tests/light/pictures.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::exposure {
 namespace {
 
 // A snowball that flies to the right and a dark ball that key frames lead upwards.
@@ -84,3 +82,5 @@ TEST_CASE("adaptive samples go where the noise is, and the picture has the same 
   const Picture full = render(flying(0.5), setup);
   CHECK(luminance_of(mean(adaptive)) == Approx(luminance_of(mean(full))).epsilon(0.01));
 }
+
+}  // namespace firn::test::exposure

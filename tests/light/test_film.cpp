@@ -10,8 +10,7 @@
 #include "src/render/film/film.h"
 #include "tests/catch.h"
 
-using namespace firn;
-
+namespace firn::test::film {
 namespace {
 
 Film film_of(int width, int height, const FilmContent& content, FilterKind kind = FilterKind::tent) {
@@ -175,3 +174,5 @@ TEST_CASE("splats have the same bits in any order, and drop what is no light") {
   once.splat(8, 8, Vec3f::Constant(-1), 0);
   CHECK(once.picture({}).rgb == a.rgb);
 }
+
+}  // namespace firn::test::film

@@ -6,8 +6,7 @@
 #include "src/render/film/filter.h"
 #include "tests/catch.h"
 
-using namespace firn;
-
+namespace firn::test::filter {
 namespace {
 
 struct Case {
@@ -84,3 +83,5 @@ TEST_CASE("filters are as wide as they are said to be") {
   for (int k = 1; k < 4; ++k) expected += 2 * a[k] / a[0] * (k % 2 ? -1 : 1) * r * r / (M_PI * M_PI * k * k);
   CHECK(variance(FilterKind::blackman_harris, 4) == Approx(expected).epsilon(2e-3));
 }
+
+}  // namespace firn::test::filter

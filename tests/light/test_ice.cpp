@@ -7,7 +7,7 @@
 #include "tests/catch.h"
 #include "tests/light/reference_table.h"
 
-using namespace firn;
+namespace firn::test::ice {
 using test::reference_table;
 
 namespace {
@@ -157,3 +157,5 @@ TEST_CASE("tints of the paths through 10 cm of snow average to the decay by wave
     CHECK(mean[1] > mean[0]);
   }
 }
+
+}  // namespace firn::test::ice

@@ -9,9 +9,7 @@
 #include "tests/curve.h"
 #include "tests/light/estimate.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::integrators {
 namespace {
 
 constexpr int kSize = 32, kBlock = 8;
@@ -215,3 +213,5 @@ TEST_CASE("path, light and bidirectional agree, block by block, on scenes of all
   CHECK(agreement.scores.size() > 150);
   require_unbiased(agreement.scores);
 }
+
+}  // namespace firn::test::integrators

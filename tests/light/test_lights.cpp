@@ -16,9 +16,7 @@
 #include "tests/catch.h"
 #include "tests/light/chi2.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::lights {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -371,3 +369,5 @@ TEST_CASE("the day sky has the zenith luminance of its source and is blue away f
   const Vec3f opposite = stage.lights.escape(Vec3f::Zero(), Vec3f(-0.6f, 0.8f, 0)).radiance;
   CHECK(near.y() > 2 * opposite.y());
 }
+
+}  // namespace firn::test::lights

@@ -16,9 +16,7 @@
 #include "tests/light/photons.h"
 #include "tests/light/reference_table.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::media {
 namespace {
 
 // Opaque and black, on one side of a horizontal plane.
@@ -223,3 +221,5 @@ TEST_CASE("in a white furnace a medium that absorbs nothing cannot be seen", "[l
   CHECK(std::fabs(sum / count - 1) < std::max(1e-3, 3 * std::sqrt(squares) / count));
   require_unbiased(scores);
 }
+
+}  // namespace firn::test::media

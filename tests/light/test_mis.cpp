@@ -7,8 +7,7 @@
 #include "src/render/paths/mis.h"
 #include "tests/catch.h"
 
-using namespace firn;
-
+namespace firn::test::mis {
 namespace {
 
 // A path of vertices 0 (on the light) to n - 1 (the camera) with made-up densities.
@@ -129,3 +128,5 @@ TEST_CASE("the weights of all ways to find a path sum to one", "[light]") {
     CHECK(sum == Approx(1).margin(1e-5));
   }
 }
+
+}  // namespace firn::test::mis

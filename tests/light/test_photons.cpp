@@ -18,9 +18,7 @@
 #include "tests/light/photons.h"
 #include "tests/light/reference_table.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::photons {
 namespace {
 
 using Row = std::map<std::string, std::string>;
@@ -274,3 +272,5 @@ TEST_CASE("light fades in deep snow by the depths and to the tint of the tables"
     }
   }
 }
+
+}  // namespace firn::test::photons

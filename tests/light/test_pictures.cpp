@@ -11,9 +11,7 @@
 #include "tests/catch.h"
 #include "tests/light/pictures.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::pictures {
 namespace {
 
 // A snowball on a checkered floor with every kind of light and surface.
@@ -140,3 +138,5 @@ TEST_CASE("a camera that looks nowhere and a film without pixels are refused") {
   setup.objects[0].surface = 17;
   check_usage_error(setup);
 }
+
+}  // namespace firn::test::pictures

@@ -5,9 +5,7 @@
 #include "tests/catch.h"
 #include "tests/light/estimate.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::pilot {
 namespace {
 
 // Small pictures as if by integrators of known noise and work.
@@ -104,3 +102,5 @@ TEST_CASE("auto has the same bits for 1, 2 and 4 threads and for AVX2 and AVX-51
   setup.image.samples = 2;
   require_same_bits(snowball(Vec3(0, 0.2, 0), 0.1, 0.012), setup);
 }
+
+}  // namespace firn::test::pilot

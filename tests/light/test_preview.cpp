@@ -11,9 +11,7 @@
 #include "tests/catch.h"
 #include "tests/light/pictures.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::preview {
 namespace {
 
 constexpr double kSpacing = 0.01;  // m
@@ -210,3 +208,5 @@ TEST_CASE("the preview draws scenes without snow, spheres, and refuses media") {
   setup.media.back().shape.form = Ball{0.1};
   CHECK_THROWS_AS(Renderer(*supported_kernels().back(), setup), Error);
 }
+
+}  // namespace firn::test::preview

@@ -10,9 +10,7 @@
 #include "tests/catch.h"
 #include "tests/light/chi2.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::scattering {
 namespace {
 
 const Vec3f kNormal = Vec3f(0.48f, 0.6f, -0.64f);
@@ -204,3 +202,5 @@ TEST_CASE("what glows absorbs, and where no surface is light goes on", "[light]"
   CHECK(out.direction == Vec3f(-wo));
   CHECK(out.specular);
 }
+
+}  // namespace firn::test::scattering

@@ -14,9 +14,7 @@
 #include "tests/light/estimate.h"
 #include "tests/light/reference_table.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::snow_albedo {
 namespace {
 
 // Two particles a cell of the render grid across: the surface is plane then. On a cubic lattice it has bumps
@@ -152,3 +150,5 @@ TEST_CASE("a bed of particles reflects the colour that adding-doubling says, by 
   // Grains and channels share their paths, so the scores go together.
   CHECK(scores.largest() < 4.5);
 }
+
+}  // namespace firn::test::snow_albedo

@@ -5,9 +5,7 @@
 #include "tests/catch.h"
 #include "tests/light/estimate.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::snow_light {
 namespace {
 
 constexpr double kRadius = 0.15, kSpacing = 0.01;
@@ -147,3 +145,5 @@ TEST_CASE("light inside the snow has the same bits for 1, 2 and 4 threads and fo
   setup.snow[0].sparkle.density = 1e5;
   require_same_bits(ball(), setup);
 }
+
+}  // namespace firn::test::snow_light

@@ -15,7 +15,7 @@
 #include "tests/curve.h"
 #include "tests/light/pictures.h"
 
-using namespace firn;
+namespace firn::test::sparkle {
 using firn::test::Curve;
 
 namespace {
@@ -347,3 +347,5 @@ TEST_CASE("glints are a function of the place in the snow, whatever else there i
   }
   CHECK(glints > 100);
 }
+
+}  // namespace firn::test::sparkle

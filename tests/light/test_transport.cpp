@@ -6,9 +6,7 @@
 #include "tests/light/estimate.h"
 #include "tests/light/pictures.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::transport {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -221,3 +219,5 @@ TEST_CASE("sky light is smooth over the horizon and the zenith is the zenith") {
   CHECK(towards(1e-3) == Approx(towards(-1e-3)).margin(0.01));
   CHECK(towards(-1) == Approx(0.3));
 }
+
+}  // namespace firn::test::transport

@@ -6,9 +6,7 @@
 #include "tests/catch.h"
 #include "tests/physics/snow.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::baseline {
 namespace {
 
 constexpr double kDx = 1.0 / 128;
@@ -73,3 +71,5 @@ TEST_CASE("the naive baseline of the benchmark moves snow as firn does", "[physi
     CHECK(c.v_apart.back() < 1e-3);
   }
 }
+
+}  // namespace firn::test::baseline

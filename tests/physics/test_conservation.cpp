@@ -4,9 +4,7 @@
 #include "tests/curve.h"
 #include "tests/physics/snow.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::conservation {
 namespace {
 
 SimulationSetup weightless(double dx) {
@@ -132,3 +130,5 @@ TEST_CASE("two colliding balls of snow keep their total momentum, lose energy an
   CHECK(after.kinetic_energy + after.elastic_energy < 0.9 * before.kinetic_energy);
   CHECK(densest > 480);
 }
+
+}  // namespace firn::test::conservation

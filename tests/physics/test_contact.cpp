@@ -10,9 +10,7 @@
 #include "tests/curve.h"
 #include "tests/physics/snow.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::contact {
 namespace {
 
 constexpr double kDx = 0.02;
@@ -214,3 +212,5 @@ TEST_CASE("particles that leave the domain are removed and counted, and nothing 
   CHECK(simulation.particle_count() == 0);
   CHECK(simulation.metrics().particles_left == placed);
 }
+
+}  // namespace firn::test::contact

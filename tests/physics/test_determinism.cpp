@@ -9,9 +9,7 @@
 #include "tests/catch.h"
 #include "tests/physics/snow.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::determinism {
 namespace {
 
 // Balls of every material that hit each other and the ground at 10 m/s.
@@ -124,3 +122,5 @@ TEST_CASE("stopping between steps and going on changes no bit", "[physics]") {
   CHECK(stopped.state_hash() == straight.state_hash());
   CHECK(stopped.time() == 0.005);
 }
+
+}  // namespace firn::test::determinism

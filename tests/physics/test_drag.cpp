@@ -7,9 +7,7 @@
 #include "tests/curve.h"
 #include "tests/physics/snow.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::drag {
 namespace {
 
 constexpr double kDx = 0.012;
@@ -102,3 +100,5 @@ TEST_CASE("with air, in a turned domain, the bits are the same for 1 and 3 threa
     CHECK(simulation.state_hash() == expected);
   });
 }
+
+}  // namespace firn::test::drag

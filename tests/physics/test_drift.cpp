@@ -13,9 +13,7 @@
 #include "tests/catch.h"
 #include "tests/physics/snow.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::drift {
 namespace {
 
 constexpr double kDx = 0.01;
@@ -216,3 +214,5 @@ TEST_CASE("a force that moves snow by more than a cell in its first step stops t
   CHECK_THROWS_WITH(simulation.step(kDt), contains("crosses 1.5 cells in one step"));
   CHECK_THROWS_WITH(simulation.step(kDt), contains("crosses 1.5 cells in one step"));
 }
+
+}  // namespace firn::test::drift

@@ -9,9 +9,7 @@
 #include "tests/curve.h"
 #include "tests/physics/snow.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::elasticity {
 namespace {
 
 constexpr double kLength = 1;    // m
@@ -162,3 +160,5 @@ TEST_CASE(
     }
   }
 }
+
+}  // namespace firn::test::elasticity

@@ -13,9 +13,7 @@
 #include "tests/curve.h"
 #include "tests/physics/snow.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::forces {
 namespace {
 
 constexpr double kDx = 0.02, kG = 9.81;
@@ -354,3 +352,5 @@ TEST_CASE("a saved run is refused when a collider now moves otherwise", "[physic
   std::stringstream in(saved.str());
   CHECK_NOTHROW(Simulation(best_kernels(), half_woken()).load(in));
 }
+
+}  // namespace firn::test::forces

@@ -7,9 +7,7 @@
 #include "tests/curve.h"
 #include "tests/physics/snow.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::frame {
 namespace {
 
 constexpr double kDx = 0.02;
@@ -190,3 +188,5 @@ TEST_CASE("colliders that move, and the domain's boundary, stand in a turned dom
   elsewhere.frame->translation.x() += kDx;
   CHECK_THROWS_AS(Simulation(best_kernels(), elsewhere).load(again), Error);
 }
+
+}  // namespace firn::test::frame

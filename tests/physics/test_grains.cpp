@@ -12,9 +12,7 @@
 #include "tests/curve.h"
 #include "tests/physics/snow.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::grains {
 namespace {
 
 Material sand(double friction_angle = 30) {
@@ -262,3 +260,5 @@ TEST_CASE("every preset survives a fall onto the ground and a blow by its like",
           before.kinetic_energy + before.elastic_energy + before.potential_energy);
   }
 }
+
+}  // namespace firn::test::grains

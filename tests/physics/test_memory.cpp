@@ -10,9 +10,7 @@
 #include "tests/catch.h"
 #include "tests/physics/snow.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::memory {
 namespace {
 
 constexpr double kDx = 0.05;  // m
@@ -82,3 +80,5 @@ TEST_CASE("snow as placed is given back once it is in the columns", "[physics]")
   CHECK(state.setup.snow[0].velocity.capacity() == 0);
   CHECK(state.setup.snow[0].packing.capacity() == 0);
 }
+
+}  // namespace firn::test::memory

@@ -6,9 +6,7 @@
 #include "tests/catch.h"
 #include "tests/physics/snow.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::moving {
 namespace {
 
 constexpr double kDx = 0.02;
@@ -201,3 +199,5 @@ TEST_CASE("a simulation saved while a collider moves continues bit for bit", "[p
     CHECK(second.metrics().particle_steps == whole.metrics().particle_steps);
   }
 }
+
+}  // namespace firn::test::moving

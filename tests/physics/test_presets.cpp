@@ -11,9 +11,7 @@
 #include "tests/curve.h"
 #include "tests/physics/snow.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::presets {
 namespace {
 
 constexpr double kDx = 0.025, kHead = 0.3, kThick = 0.1, kHalf = 0.225;  // m: head of the posts, plate
@@ -136,3 +134,5 @@ TEST_CASE("each preset lasts five seconds of a thrown ball at the automatic dt",
     CHECK(simulation.metrics().kinetic_energy < 0.05 * start.kinetic_energy);  // it came to rest
   }
 }
+
+}  // namespace firn::test::presets

@@ -6,9 +6,7 @@
 #include "tests/curve.h"
 #include "tests/physics/snow.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::rolling {
 namespace {
 
 constexpr double kDx = 0.03;
@@ -147,3 +145,5 @@ TEST_CASE(
     CHECK(rolling(simulation, mass(setup.snow[0]), layer).grown < 0.05);
   }
 }
+
+}  // namespace firn::test::rolling

@@ -16,9 +16,7 @@
 #include "tests/curve.h"
 #include "tests/physics/snow.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::saw {
 namespace {
 
 constexpr double kDx = 0.05, kFloor = 0.55 * kDx;  // m; just above a row of nodes, which holds the layer
@@ -238,3 +236,5 @@ TEST_CASE("on a slope steeper than the broken layer's friction the crack runs of
     CHECK(test.part(1, 4).velocity.x() < -0.1);  // the slab goes
   }
 }
+
+}  // namespace firn::test::saw

@@ -7,9 +7,7 @@
 #include "tests/curve.h"
 #include "tests/physics/snow.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::slab {
 namespace {
 
 constexpr double kDx = 0.2;
@@ -131,3 +129,5 @@ TEST_CASE("on well bonded snow the same slab bears the same blow", "[physics]") 
   CHECK(std::abs(below.speed) < 0.05);
   CHECK(std::abs(below.way) < 0.05);
 }
+
+}  // namespace firn::test::slab

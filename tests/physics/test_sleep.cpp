@@ -11,9 +11,7 @@
 #include "tests/catch.h"
 #include "tests/physics/snow.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::sleep {
 namespace {
 
 constexpr double kDx = 0.02;
@@ -221,3 +219,5 @@ TEST_CASE("a simulation saved while part of it sleeps continues bit for bit", "[
     CHECK(second.metrics().particle_steps == whole.metrics().particle_steps);
   }
 }
+
+}  // namespace firn::test::sleep

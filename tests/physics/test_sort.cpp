@@ -10,9 +10,7 @@
 #include "tests/catch.h"
 #include "tests/physics/snow.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::sort {
 namespace {
 
 constexpr double kDx = 0.01;  // m
@@ -86,3 +84,5 @@ TEST_CASE("cells stay runs of particles while snow drifts", "[physics]") {
     CHECK(sum / kPlaces < most);
   }
 }
+
+}  // namespace firn::test::sort

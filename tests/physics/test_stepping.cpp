@@ -10,9 +10,7 @@
 #include "tests/catch.h"
 #include "tests/physics/snow.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::stepping {
 namespace {
 
 SimulationSetup one_ball(double dx, const Vec3& velocity) {
@@ -154,3 +152,5 @@ TEST_CASE("memory is what the estimate says, to a fifth", "[physics]") {
     CHECK(static_cast<double>(simulation.resident_bytes()) == Approx(estimate).epsilon(0.2));
   }
 }
+
+}  // namespace firn::test::stepping

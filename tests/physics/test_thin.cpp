@@ -7,9 +7,7 @@
 #include "tests/curve.h"
 #include "tests/physics/snow.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::thin {
 namespace {
 
 constexpr double kDx = 0.02;
@@ -118,3 +116,5 @@ TEST_CASE("thickness is across the thinnest part", "[physics]") {
   CHECK(thickness({Cylinder{0.3, 0.05}, {}}) == Approx(0.1));
   CHECK(thickness({HalfSpace{}, {}}) > 1e299);
 }
+
+}  // namespace firn::test::thin

@@ -12,9 +12,7 @@
 #include "tests/catch.h"
 #include "tests/physics/snow.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::turn {
 namespace {
 
 Mat3 random_matrix(std::uint64_t key) {
@@ -171,3 +169,5 @@ TEST_CASE("particles turn with snow that yields as it rolls and falls apart", "[
     if (name != std::string("powder")) CHECK(turn_error(before, after, 1.6 * setup.dx) < 0.03);
   }
 }
+
+}  // namespace firn::test::turn

@@ -16,9 +16,7 @@
 #include "tests/curve.h"
 #include "tests/physics/snow.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::yield {
 namespace {
 
 double energy(const Metrics& m) { return m.kinetic_energy + m.elastic_energy + m.potential_energy; }
@@ -352,3 +350,5 @@ TEST_CASE("yielding never makes energy: the plastic work of every preset only gr
     CHECK(last < start - energy(simulation.metrics()));
   }
 }
+
+}  // namespace firn::test::yield

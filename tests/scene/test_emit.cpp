@@ -12,7 +12,7 @@
 #include "tests/scene/read_text.h"
 #include "tests/scene/refuses.h"
 
-using namespace firn;
+namespace firn::test::emit {
 using firn::test::read;
 
 namespace {
@@ -175,3 +175,5 @@ TEST_CASE("snow without looseness starts evenly packed") {
   const auto uneven = build(ball + "looseness = 0.2\n");
   CHECK(uneven.snow[0].packing.size() == uneven.snow[0].position.size());
 }
+
+}  // namespace firn::test::emit

@@ -5,7 +5,7 @@
 #include "tests/scene/refuses.h"
 #include "tests/scene/temporary_folder.h"
 
-using namespace firn;
+namespace firn::test::error {
 using firn::test::kBall;
 
 namespace {
@@ -233,3 +233,5 @@ TEST_CASE("a syntax error is placed") {
   CHECK_REFUSES(test::read("[camera]\nfov = = 3"), "scene.toml:2:7: ");
   CHECK_REFUSES(test::read(kBall + "[time]\n[time]\n"), "scene.toml:6:1: ");
 }
+
+}  // namespace firn::test::error

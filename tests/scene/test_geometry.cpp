@@ -8,8 +8,7 @@
 #include "src/geometry/shape.h"
 #include "tests/catch.h"
 
-using namespace firn;
-
+namespace firn::test::geometry {
 namespace {
 
 Pose tilted() {
@@ -104,3 +103,5 @@ TEST_CASE("a half space is unbounded and has no volume") {
   CHECK_FALSE(volume({HalfSpace{}, tilted()}).has_value());
   CHECK(world_bounds({HalfSpace{}, tilted()}).max.x() == 1e300);
 }
+
+}  // namespace firn::test::geometry

@@ -11,8 +11,7 @@
 #include "tests/scene/refuses.h"
 #include "tests/scene/temporary_folder.h"
 
-using namespace firn;
-
+namespace firn::test::height_field {
 namespace {
 
 HeightRaster plane_raster() {  // h = 1 + 0.5 x - 0.25 z over 4 m x 2 m
@@ -103,3 +102,5 @@ TEST_CASE("damaged height files are refused with their name and the reason") {
                          std::nullopt),
       "has holes");
 }
+
+}  // namespace firn::test::height_field

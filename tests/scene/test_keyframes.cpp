@@ -7,7 +7,7 @@
 #include "tests/scene/read_text.h"
 #include "tests/scene/refuses.h"
 
-using namespace firn;
+namespace firn::test::keyframes {
 using firn::test::kBall;
 using firn::test::read;
 
@@ -166,3 +166,5 @@ TEST_CASE("a camera or an output that makes no sense is refused where it is writ
   CHECK_REFUSES(read(kBall + "[output]\nlayers = [\"albedo\"]"),
                 "scene.toml:6:1: png and ppm hold the beauty alone: add \"pfm\" or \"exr\" to formats");
 }
+
+}  // namespace firn::test::keyframes

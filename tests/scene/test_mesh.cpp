@@ -13,8 +13,7 @@
 #include "tests/scene/refuses.h"
 #include "tests/scene/temporary_folder.h"
 
-using namespace firn;
-
+namespace firn::test::mesh {
 namespace {
 
 const std::vector<Vec3> kCubeCorners = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
@@ -144,3 +143,5 @@ TEST_CASE("positions that an OBJ repeats for its seams are one vertex") {
   }
   CHECK(TriangleMesh(repeated, faces).vertices().size() == 8);
 }
+
+}  // namespace firn::test::mesh

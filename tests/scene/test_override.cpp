@@ -4,7 +4,7 @@
 #include "tests/scene/read_text.h"
 #include "tests/scene/refuses.h"
 
-using namespace firn;
+namespace firn::test::override {
 using firn::test::kBall;
 using firn::test::read;
 
@@ -83,3 +83,5 @@ TEST_CASE("a mistake in the quick table is found even when the full size is read
   CHECK_REFUSES(read(kBall + "[quick.image]\nwidth = -3"), "scene.toml:6:9: 'width' is -3, out of range");
   CHECK_REFUSES(read(kBall, {}, true), "scene.toml: the scene has no [quick] table");
 }
+
+}  // namespace firn::test::override

@@ -7,8 +7,7 @@
 #include "tests/catch.h"
 #include "tests/scene/read_text.h"
 
-using namespace firn;
-
+namespace firn::test::scenes {
 namespace {
 
 SceneConfig read_file(const std::string& name, bool quick) {
@@ -107,3 +106,5 @@ TEST_CASE("the parts of the boot of boot_print keep together") {
     }
   }
 }
+
+}  // namespace firn::test::scenes

@@ -11,7 +11,7 @@
 #include "tests/catch.h"
 #include "tests/scene/read_text.h"
 
-using namespace firn;
+namespace firn::test::schema {
 using firn::test::kBall;
 using firn::test::read;
 
@@ -47,9 +47,10 @@ const std::string kEverything =
 }  // namespace
 
 TEST_CASE("params lists every key of the schema with its type, default and meaning") {
-  const std::string all = "\n" + params("");
+  std::string all = "\n";
+  all += params("");
   std::size_t keys = 0;
-  for (const TableSpec& table : schema()) {
+  for (const TableSpec& table : firn::schema()) {
     for (const KeySpec& key : table.keys) {
       const std::string name = table.name.empty() ? key.name : table.name + "." + key.name;
       INFO(name);
@@ -70,7 +71,7 @@ TEST_CASE("params with a prefix lists the keys that begin with it") {
 
 TEST_CASE("no key is listed twice and every condition names a choice of its table") {
   std::set<std::string> names;
-  for (const TableSpec& table : schema()) {
+  for (const TableSpec& table : firn::schema()) {
     for (const KeySpec& key : table.keys) {
       CHECK(names.insert(table.name + "." + key.name).second);
       const Condition& with = key.notes.with;
@@ -154,3 +155,5 @@ TEST_CASE("the nearest name is suggested, a far one is not") {
   CHECK(edit_distance("", "abc") == 3);
   CHECK(edit_distance("ab", "ba") == 1);
 }
+
+}  // namespace firn::test::schema

@@ -12,9 +12,7 @@
 #include "tests/catch.h"
 #include "tests/trace/ray_cases.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::grid {
 namespace {
 
 std::uint64_t fingerprint(const RenderGrid& grid) {
@@ -127,3 +125,5 @@ TEST_CASE("one particle far away does not spoil the cells of the others") {
   CHECK(with_far.view().cell <= 2 * near.view().cell);
   CHECK(with_far.bytes() < 2 * near.bytes() + 100'000'000);
 }
+
+}  // namespace firn::test::grid

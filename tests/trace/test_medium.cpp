@@ -17,9 +17,7 @@
 #include "tests/catch.h"
 #include "tests/trace/medium_scene.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::medium {
 namespace {
 
 constexpr float kInf = std::numeric_limits<float>::infinity();
@@ -388,3 +386,5 @@ TEST_CASE("rays with odd beginnings and ends stay within their reach") {
   CHECK(collided > rays.size() / 10);
   check(judge(scene, asked, 162), 30);
 }
+
+}  // namespace firn::test::medium

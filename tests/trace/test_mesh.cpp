@@ -11,9 +11,7 @@
 #include "tests/catch.h"
 #include "tests/trace/ray_cases.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::mesh {
 namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
@@ -185,3 +183,5 @@ TEST_CASE("no ray from within a closed mesh leaves it unseen") {
     REQUIRE(best_trace().mesh_occluded(set.view(), o.data(), d.data(), 10));
   }
 }
+
+}  // namespace firn::test::mesh

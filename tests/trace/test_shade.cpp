@@ -15,9 +15,7 @@
 #include "tests/catch.h"
 #include "tests/trace/ray_cases.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::shade {
 namespace {
 
 constexpr float kInf = std::numeric_limits<float>::infinity();
@@ -260,3 +258,5 @@ TEST_CASE("many pixels look where one does") {
     }
   }
 }
+
+}  // namespace firn::test::shade

@@ -13,7 +13,7 @@
 #include "tests/catch.h"
 #include "tests/trace/ray_cases.h"
 
-using namespace firn;
+namespace firn::test::shapes {
 using firn::test::best_trace;
 
 namespace {
@@ -164,3 +164,5 @@ TEST_CASE("an object that moves is seen where it is at the frame's time") {
   CHECK(seen(1.5) == Approx(1.5));
   CHECK(seen(9) == Approx(2.5));
 }
+
+}  // namespace firn::test::shapes

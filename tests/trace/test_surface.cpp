@@ -13,9 +13,7 @@
 #include "tests/catch.h"
 #include "tests/trace/ray_cases.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::surface {
 namespace {
 
 constexpr float kInf = std::numeric_limits<float>::infinity();
@@ -372,3 +370,5 @@ TEST_CASE("a lone particle is a ball of about its own volume") {
     CHECK(radius < 0.8);
   }
 }
+
+}  // namespace firn::test::surface

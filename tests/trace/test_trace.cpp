@@ -13,9 +13,7 @@
 #include "tests/catch.h"
 #include "tests/trace/ray_cases.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::trace {
 namespace {
 
 RenderGrid grid_of(const Snapshot& snapshot) {
@@ -253,3 +251,5 @@ TEST_CASE("coherent and incoherent kernels give the same bits for camera rays") 
   trace.closest_coherent(grid.view(), coherent.view(), 0, coherent.size());
   CHECK(same_answers(camera, coherent));
 }
+
+}  // namespace firn::test::trace

@@ -11,9 +11,7 @@
 #include "tests/catch.h"
 #include "tests/trace/medium_scene.h"
 
-using namespace firn;
-using namespace firn::test;
-
+namespace firn::test::walks {
 namespace {
 
 constexpr float kInf = std::numeric_limits<float>::infinity();
@@ -256,3 +254,5 @@ TEST_CASE("walks have the same bits on v3 and v4 and for any split") {
   }
   for (const std::uint64_t hash : hashes) CHECK(hash == hashes[0]);
 }
+
+}  // namespace firn::test::walks
