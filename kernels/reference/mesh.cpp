@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "kernels/reference/mesh.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -13,10 +14,23 @@ struct Corner {
 };
 double area(const Corner& a, const Corner& b) { return a.x * b.y - a.y * b.x; }
 
+// z where the ray passes the edge from the least to the greatest of a coordinate.
+double on_edge(const Corner& least, const Corner& greatest, double Corner::*side) {
+  return least.z - least.*side / (greatest.*side - least.*side) * (greatest.z - least.z);
+}
+
 bool meet(const Corner& a, const Corner& b, const Corner& c, double& z) {
   const double of_a = area(b, c), of_b = area(c, a), of_c = area(a, b), whole = of_a + of_b + of_c;
+  const auto by_x = [](const Corner& p, const Corner& q) { return p.x < q.x; };
+  const auto by_y = [](const Corner& p, const Corner& q) { return p.y < q.y; };
+  const Corner left = std::min({a, b, c}, by_x), right = std::max({a, b, c}, by_x);
+  const Corner bottom = std::min({a, b, c}, by_y), top = std::max({a, b, c}, by_y);
+  const double width = right.x - left.x, height = top.y - bottom.y;
   z = (of_a * a.z + of_b * b.z + of_c * c.z) / whole;
-  return whole != 0 && ((of_a >= 0 && of_b >= 0 && of_c >= 0) || (of_a <= 0 && of_b <= 0 && of_c <= 0));
+  if (kMeshEdgeOn * width * height > std::fabs(whole))
+    z = width > height ? on_edge(left, right, &Corner::x) : on_edge(bottom, top, &Corner::y);
+  return whole != 0 && left.x <= 0 && right.x >= 0 && bottom.y <= 0 && top.y >= 0 &&
+         ((of_a >= 0 && of_b >= 0 && of_c >= 0) || (of_a <= 0 && of_b <= 0 && of_c <= 0));
 }
 
 // m, to the mesh's bounds; infinite where the ray does not come there.

@@ -40,8 +40,28 @@ struct ShearedRay {
   }
 };
 
+// A value of each corner, one of two sides of the ray: the least and the greatest, and whose they are.
+struct Extent {
+  int low = 0, high = 0;
+
+  explicit Extent(const double side[3]) {
+    for (int k = 1; k < 3; ++k) {
+      if (side[k] < side[low]) low = k;
+      if (side[k] > side[high]) high = k;
+    }
+  }
+};
+
+// Where the ray passes the edge between the corners that are farthest apart on this side of it.
+double pass_edge(const double side[3], const Extent& extent, const double z[3]) {
+  const double width = side[extent.high] - side[extent.low];
+  return z[extent.low] - side[extent.low] / width * (z[extent.high] - z[extent.low]);
+}
+
 // How far along the ray the triangle is, or a negative distance. The ray passes an edge on the same side of
-// both triangles that share it, to the last bit.
+// both triangles that share it, to the last bit. A computed area has the sign of the true one or none. So of
+// a triangle that is seen edge on all three may have none, beside it too, which the extents rule out, and are
+// no weights for its distance.
 double meet(const MeshView& mesh, std::int32_t triangle, const ShearedRay& ray) {
   const std::int32_t* const corner = mesh.corners + 3 * static_cast<std::size_t>(triangle);
   double x[3], y[3], z[3], area[3];
@@ -58,7 +78,11 @@ double meet(const MeshView& mesh, std::int32_t triangle, const ShearedRay& ray) 
   if (!(area[0] >= 0 && area[1] >= 0 && area[2] >= 0) && !(area[0] <= 0 && area[1] <= 0 && area[2] <= 0))
     return -1;
   const double whole = area[0] + area[1] + area[2];
-  if (whole == 0) return -1;
+  const Extent of_x(x), of_y(y);
+  if (whole == 0 || x[of_x.low] > 0 || x[of_x.high] < 0 || y[of_y.low] > 0 || y[of_y.high] < 0) return -1;
+  const double wide = x[of_x.high] - x[of_x.low], high = y[of_y.high] - y[of_y.low];
+  if (kMeshEdgeOn * wide * high > (whole < 0 ? -whole : whole))
+    return (wide > high ? pass_edge(x, of_x, z) : pass_edge(y, of_y, z)) * ray.stretch;
   return (area[0] * z[0] + area[1] * z[1] + area[2] * z[2]) / whole * ray.stretch;
 }
 

@@ -145,6 +145,9 @@ struct alignas(64) BoxBundle {
 // Of MeshView::size, what boxes are padded by and triangles may be missed by: roundings of a float are 6e-8
 // of it, and some ten of them add up.
 inline constexpr float kMeshMargin = 4e-6f;
+// Of the rectangle around a triangle as a ray sees it: with less area it is seen edge on, and its area is too
+// rounded (to some 1e-15 of the rectangle) to say where the ray meets it.
+inline constexpr double kMeshEdgeOn = 1e-9;
 inline constexpr int kMostMeshDepth = 80;  // nodes above one another
 // Triangles by their first corner and the two edges from it; a place without one has index -1.
 struct alignas(64) TriangleBundle {

@@ -135,6 +135,45 @@ TEST_CASE("a mesh answers a ray as all its triangles do in double, to the last b
   check(spiral(200), 2000);
 }
 
+TEST_CASE("a triangle seen edge on is met where the ray passes it, and not by rays beside it in its plane") {
+  // In the last bits of these numbers all areas are 0 or more, though the ray passes the corner's height 0.19
+  // m beside it.
+  const std::vector<Vec3> corners = {{0x1.ddb41c555faf1p-2, 0x1.1e9f44333969p-3, -0x1.7e29b0444c8c1p-4},
+                                     {0x1.1e9f44333969p-1, 0x1.57f251d711b13p-3, -0x1.ca986d1ec241bp-4},
+                                     {0x1.06bca92ef4a05p-1, 0x1.03340e4eb826ep-2, -0x1.c44d701e3cb8p-9}};
+  const Vec3 beside(-0x1.5cdba8p+0, -0x1.198b2p+1, -0x1.84a86cp+0),
+      d(0x1.d124f8p-2, 0x1.77642ep-1, 0x1.031afp-1);
+  const Vec3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
+  std::size_t edge_on = 0;
+  for (std::uint64_t i = 0; i < 4000; ++i) {
+    Triangles mesh;
+    const double turn = uniform(i, 50);
+    const auto moved = [&](const Vec3& p) { return Vec3(p + (i == 0 ? 0 : 1e-3 * turn) * normal); };
+    for (const Vec3& corner : corners) mesh.vertices.push_back(moved(corner));
+    mesh.triangles = {{0, 1, 2}};
+    // Other triangles, so that the ray enters the mesh elsewhere each time.
+    mesh.add(Vec3(-1 - 0.1 * uniform(i, 51), -1, -1), Vec3(-1, -1.1, -1), Vec3(-1, -1, -1.1));
+    const TriangleSet set(mesh.vertices, mesh.triangles);
+    const double across = i % 2 == 0 ? 0 : 1;  // from beside the triangle to it
+    const Vec3 middle = (mesh.vertices[0] + mesh.vertices[1] + mesh.vertices[2]) / 3;
+    const Vec3 o = (1 - across) * moved(beside) + across * Vec3(middle - 3 * d);
+    std::int32_t expected = -1;
+    const double t = kernels::reference::mesh_closest(set.view(), 1, o.data(), d.data(), kInf, expected);
+    if (expected >= 0) {
+      ++edge_on;
+      REQUIRE(across == 1);
+      const Vec3 met = o + t * d;
+      REQUIRE((met - middle).norm() < 0.2);  // within the triangle
+    }
+    for (const auto* table : supported_kernels()) {
+      std::int32_t found = -1;
+      REQUIRE(table->trace.mesh_closest(set.view(), o.data(), d.data(), kInf, found) == t);
+      REQUIRE(found == expected);
+    }
+  }
+  CHECK(edge_on > 100);
+}
+
 TEST_CASE("triangles that all lie in one place make a tree") {
   Triangles mesh;
   for (int i = 0; i < 1000; ++i) mesh.add(Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0));
