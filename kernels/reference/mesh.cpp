@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "kernels/reference/mesh.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -14,17 +13,24 @@ struct Corner {
 };
 double area(const Corner& a, const Corner& b) { return a.x * b.y - a.y * b.x; }
 
+const Corner& least(const Corner& a, const Corner& b, double Corner::*side) {
+  return b.*side < a.*side ? b : a;
+}
+const Corner& greatest(const Corner& a, const Corner& b, double Corner::*side) {
+  return b.*side > a.*side ? b : a;
+}
+
 // z where the ray passes the edge from the least to the greatest of a coordinate.
-double on_edge(const Corner& least, const Corner& greatest, double Corner::*side) {
-  return least.z - least.*side / (greatest.*side - least.*side) * (greatest.z - least.z);
+double on_edge(const Corner& from, const Corner& to, double Corner::*side) {
+  return from.z - from.*side / (to.*side - from.*side) * (to.z - from.z);
 }
 
 bool meet(const Corner& a, const Corner& b, const Corner& c, double& z) {
   const double of_a = area(b, c), of_b = area(c, a), of_c = area(a, b), whole = of_a + of_b + of_c;
-  const auto by_x = [](const Corner& p, const Corner& q) { return p.x < q.x; };
-  const auto by_y = [](const Corner& p, const Corner& q) { return p.y < q.y; };
-  const Corner left = std::min({a, b, c}, by_x), right = std::max({a, b, c}, by_x);
-  const Corner bottom = std::min({a, b, c}, by_y), top = std::max({a, b, c}, by_y);
+  const Corner &left = least(least(a, b, &Corner::x), c, &Corner::x),
+               &right = greatest(greatest(a, b, &Corner::x), c, &Corner::x),
+               &bottom = least(least(a, b, &Corner::y), c, &Corner::y),
+               &top = greatest(greatest(a, b, &Corner::y), c, &Corner::y);
   const double width = right.x - left.x, height = top.y - bottom.y;
   z = (of_a * a.z + of_b * b.z + of_c * c.z) / whole;
   if (kMeshEdgeOn * width * height > std::fabs(whole))
