@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Command line in, exit code out. The one place where errors are caught: one line on stderr and the code of
 // the kind.
+#include <fcntl.h>
 #include <tbb/global_control.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <iostream>
 #include <new>
@@ -55,12 +59,30 @@ ExitCode guarded(int count, char** words) {
   }
 }
 
+// A file that is opened later must not get the number of a stream that was closed at the start: what is said
+// would land in it.
+void open_standard_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(stream, F_GETFD) != -1) continue;
+    if (const int opened = ::open("/dev/null", O_RDWR); opened >= 0 && opened != stream) ::close(opened);
+  }
+}
+
+bool flush_output() {
+  errno = 0;
+  return static_cast<bool>(std::cout.flush()) && std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+}
+
 }  // namespace
 }  // namespace firn
 
 int main(int count, char** words) {
   firn::catch_signals();
-  const firn::ExitCode code = firn::guarded(count, words);
-  std::cout.flush();
+  firn::open_standard_streams();
+  firn::ExitCode code = firn::guarded(count, words);
+  if (!firn::flush_output() && code == firn::ExitCode::ok) {
+    code = firn::complain(firn::ExitCode::io,
+                          std::string("cannot write to the standard output: ") + std::strerror(errno));
+  }
   return static_cast<int>(code);
 }

@@ -3,21 +3,27 @@
 #include "src/app/options.h"
 
 #include <CLI/CLI.hpp>
+#include <charconv>
+#include <filesystem>
 #include <iostream>
+#include <limits>
 
 #include "src/core/error.h"
 #include "src/io/movie.h"
 #include "src/io/version.h"
+#include "src/scene/suggest.h"
 
 namespace firn {
 namespace {
+
+constexpr const char* kSeeHelp = " (see 'firn --help')";
 
 // What is typed, before it is checked for sense.
 struct Typed {
   Options options;
   std::vector<std::string> set;
   std::string frames;
-  std::optional<std::uint64_t> seed;
+  std::optional<std::string> seed;
   bool no_overlap = false;
 };
 
@@ -89,7 +95,9 @@ void add_commands(CLI::App& app, Typed& typed) {
   add_machine_options(*check, typed);
   auto* params =
       add_command(app, typed, "params", "Print every scene key: type, unit, default, range, meaning");
-  params->add_option("PREFIX", typed.options.target, "Only keys that begin so, e.g. snow or image.width");
+  params->add_option(
+      "WORD", typed.options.target,
+      "Only keys that begin so, e.g. snow or image.width, or else that have it in their meaning");
   params->add_flag("--markdown", typed.options.markdown, "Print the page docs/scene_format.md instead");
   add_command(app, typed, "info", "Print version, compiler, CPU, instruction sets and features");
 }
@@ -112,24 +120,103 @@ std::pair<int, int> parse_frames(const std::string& text) {
   const auto dash = text.find('-');
   const auto first = parse_frame(text.substr(0, dash));
   const auto last = dash == std::string::npos ? first : parse_frame(text.substr(dash + 1));
-  if (!first || !last || *first > *last) {
+  if (!first || !last) {
     throw Error(ExitCode::usage, "--frames", "'" + text + "' is not a range of frames such as 0-23 or 12");
   }
+  if (*first > *last) {
+    throw Error(ExitCode::usage, "--frames",
+                "'" + text + "' runs backwards, did you mean " + std::to_string(*last) + "-" +
+                    std::to_string(*first) + "?");
+  }
   return {*first, *last};
+}
+
+std::string parse_seed(const std::string& text) {
+  std::int64_t seed = -1;
+  const auto end = text.data() + text.size();
+  const auto read = std::from_chars(text.data(), end, seed);
+  if (read.ec != std::errc() || read.ptr != end || seed < 0) {
+    throw Error(ExitCode::usage, "--seed",
+                "'" + text + "' is not a whole number from 0 to " +
+                    std::to_string(std::numeric_limits<std::int64_t>::max()));
+  }
+  return std::to_string(seed);
 }
 
 Options checked(Typed& typed) {
   Options options = typed.options;
   for (const auto& text : typed.set) options.overrides.push_back(parse_override(text));
-  if (typed.seed) options.overrides.push_back({"simulation.seed", std::to_string(*typed.seed)});
+  if (typed.seed) options.overrides.push_back({"simulation.seed", parse_seed(*typed.seed)});
   if (!typed.frames.empty()) options.frames = parse_frames(typed.frames);
   options.overlap = !typed.no_overlap;
   return options;
 }
 
+std::vector<std::string> option_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+std::vector<std::string> command_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+  return names;
+}
+
+std::string list_of(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  return list;
+}
+
+// What was meant by a first word that is no command.
+std::string unknown_command(const std::string& word, const CLI::App& app) {
+  std::error_code ignored;
+  if (word.size() > 1 && word[0] == '-')
+    return "'" + word + "' stands before the command; write 'firn COMMAND " + word + "'";
+  if (std::filesystem::exists(word + "/run.json", ignored))
+    return "'" + word + "' is a run, not a command, did you mean 'firn resume " + word + "'?";
+  if (word == "-" || std::filesystem::path(word).extension() == ".toml" ||
+      std::filesystem::is_regular_file(word, ignored))
+    return "'" + word + "' is a scene, not a command, did you mean 'firn run " + word + "'?";
+  const std::vector<std::string> names = command_names(app);
+  const std::string meant = suggestion(word, names);
+  return "unknown command '" + word + "'" + (meant.empty() ? "; there are: " + list_of(names) : meant) +
+         kSeeHelp;
+}
+
+// Words that a command does not take.
+std::string unexpected(const CLI::App& command, const std::string& word) {
+  const std::string title = "'firn " + command.get_name() + "'";
+  if (word.size() < 2 || word[0] != '-') return title + " does not take '" + word + "' too" + kSeeHelp;
+  const std::string name = word.substr(0, word.find('='));
+  return title + " has no option '" + name + "'" + suggestion(name, option_names(command)) + kSeeHelp;
+}
+
+std::string explain(const CLI::App& app, const CLI::ParseError& error) {
+  for (const CLI::App* command : app.get_subcommands()) {
+    if (const auto extras = command->remaining(); !extras.empty())
+      return unexpected(*command, extras.front());
+    return "'firn " + command->get_name() + "': " + error.what() + kSeeHelp;
+  }
+  return error.what() + std::string(kSeeHelp);
+}
+
+// "firn help run" is "firn run --help".
+std::vector<std::string> without_help_command(std::vector<std::string> words) {
+  if (words.empty() || words.front() != "help") return words;
+  words.erase(words.begin());
+  words.resize(std::min<std::size_t>(words.size(), 1));
+  words.push_back("--help");
+  return words;
+}
+
 }  // namespace
 
-std::optional<Options> parse_options(int count, const char* const* words) {
+std::optional<Options> parse_options(int count, const char* const* arguments) {
   Typed typed;
   CLI::App app(
       "firn: snow, simulated and path traced on CPUs. One command from a scene file to a movie:\n"
@@ -138,20 +225,26 @@ std::optional<Options> parse_options(int count, const char* const* words) {
   app.set_version_flag("--version", "firn " + version() + " (" + revision() + ")");
   app.require_subcommand(1);
   add_commands(app, typed);
-  if (count < 2) {
+  const std::vector<std::string> words =
+      without_help_command({arguments + std::min(count, 1), arguments + count});
+  if (words.empty()) {
     std::cerr << app.help();
     throw Error(ExitCode::usage, "", "no command given");
   }
+  std::vector<std::string> known = command_names(app);
+  known.insert(known.end(), {"-h", "--help", "--version"});
+  if (std::count(known.begin(), known.end(), words.front()) == 0)
+    throw Error(ExitCode::usage, "", unknown_command(words.front(), app));
   try {
-    app.parse(count, words);
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
   } catch (const CLI::Success& success) {  // --help and --version
     app.exit(success, std::cout, std::cerr);
     return std::nullopt;
   } catch (const CLI::ParseError& error) {
-    throw Error(ExitCode::usage, "", std::string(error.what()) + " (see 'firn --help')");
+    throw Error(ExitCode::usage, "", explain(app, error));
   }
   Options options = checked(typed);
-  options.typed = shell_line({words, words + count});
+  options.typed = shell_line({arguments, arguments + count});
   return options;
 }
 

@@ -31,6 +31,6 @@ struct Options {
 };
 
 // Empty when --help or --version was asked for and printed. Errors: usage Error.
-std::optional<Options> parse_options(int count, const char* const* words);
+std::optional<Options> parse_options(int count, const char* const* arguments);
 
 }  // namespace firn

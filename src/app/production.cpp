@@ -16,11 +16,13 @@
 #include "src/io/movie.h"
 #include "src/io/particle_file.h"
 #include "src/io/version.h"
+#include "src/scene/scene.h"
 
 namespace firn {
 namespace {
 
 constexpr auto kManifestEvery = std::chrono::seconds(1);
+constexpr int kCheckpointsKept = 3;
 
 class Stopwatch {
  public:
@@ -53,20 +55,15 @@ Manifest new_manifest(const Options& options, const SceneConfig& scene, const st
   m.scene_file = std::filesystem::absolute(scene.file).string();
   m.scene = resolved_toml(scene);
   m.scene_hash = hash_of(m.scene);
+  m.inputs = hash_inputs(scene);
   m.last = scene.time.frames - 1;
   return m;
 }
 
-int first_unfinished(const RunFolder& folder, const Manifest& manifest) {
-  int frame = manifest.first;
-  for (const auto& record : manifest.frames) {
-    if (record.frame != frame) break;
-    for (const auto& file : record.files) {
-      if (!std::filesystem::exists(folder.path() / file.first)) return frame;
-    }
-    ++frame;
-  }
-  return frame;
+std::vector<std::pair<std::string, std::string>> hash_inputs(const SceneConfig& scene) {
+  std::vector<std::pair<std::string, std::string>> inputs;
+  for (const std::string& file : input_files(scene)) inputs.emplace_back(file, hash_of(read_file(file)));
+  return inputs;
 }
 
 Production::Production(RunFolder folder, SceneConfig scene, Manifest manifest, bool quiet)
@@ -82,11 +79,12 @@ void Production::begin(int first) {
   log_.add(manifest_.command);
   if (in_place) return;
   write_file(folder_.scene(), manifest_.scene);
-  metrics_.emplace(folder_.metrics(), first);
   std::erase_if(manifest_.frames, [first](const FrameRecord& record) { return record.frame >= first; });
-  manifest_.ahead.clear();
+  metrics_.emplace(folder_.metrics());
+  metrics_->replace(manifest_.frames);
   manifest_.error.clear();
   save_manifest("running");
+  folder_.keep();
 }
 
 ExitCode Production::produce(int first, int last, std::atomic<bool>& stop) {
@@ -236,17 +234,24 @@ void Production::save_manifest(const std::string& status) {
 
 void Production::save_checkpoint(Checkpoint checkpoint) {
   checkpoint.scene_hash = hash_bytes(manifest_.scene.data(), manifest_.scene.size());
-  write_checkpoint(folder_.checkpoint(), checkpoint);
+  write_checkpoint(folder_.checkpoint(checkpoint.frame), checkpoint);
+  // Later ones stay: frames before them may be made again, and then they count again.
+  int kept = 0;
+  for (const int frame : folder_.saved_checkpoints()) {
+    std::error_code ignored;  // one too many does no harm
+    if (frame <= checkpoint.frame && ++kept > kCheckpointsKept)
+      std::filesystem::remove(folder_.checkpoint(frame), ignored);
+  }
 }
 
 // Where the simulation stands, between two steps, with the frames that it had passed but that were not
 // written.
 void Production::save_position(std::vector<Snapshot> pending) {
   Checkpoint checkpoint = simulated->checkpoint();
-  for (const auto& snapshot : pending) manifest_.ahead.push_back(in_flight_.at(snapshot.frame).record);
-  for (const auto& [frame, record] : simulated->pending_records()) manifest_.ahead.push_back(record);
-  checkpoint.pending.insert(checkpoint.pending.begin(), std::make_move_iterator(pending.begin()),
-                            std::make_move_iterator(pending.end()));
+  std::vector<PendingFrame> frames;
+  for (Snapshot& snow : pending) frames.push_back({in_flight_.at(snow.frame).record, std::move(snow)});
+  std::move(checkpoint.pending.begin(), checkpoint.pending.end(), std::back_inserter(frames));
+  checkpoint.pending = std::move(frames);
   save_manifest("interrupted");
   save_checkpoint(std::move(checkpoint));
 }
@@ -264,7 +269,9 @@ void Production::make_movie(const std::atomic<bool>& stop) {
                      scene_.time.fps,  folder_.movie()};
   const bool ffmpeg = find_program("ffmpeg").has_value();
   progress_.say(ffmpeg ? "Making the movie with ffmpeg." : "Making the movie.");
-  manifest_.movie = (ffmpeg ? make_mp4(job) : make_webp(job, stop)).filename().string();
+  const std::filesystem::path movie = ffmpeg ? make_mp4(job, stop) : make_webp(job, stop);
+  manifest_.movie = movie.filename().string();
+  manifest_.movie_hash = hash_of(read_file(movie));
   if (!ffmpeg)
     progress_.say("No ffmpeg on the PATH: it is an animated WebP. An mp4 comes from\n  " +
                   shell_line(ffmpeg_command(job)));

@@ -86,7 +86,8 @@ class Production {
 // The manifest of a run that begins now, with this machine and program filled in.
 Manifest new_manifest(const Options& options, const SceneConfig& scene, const std::string& isa);
 
-// First frame that is not finished: without a record, or with a file of its missing.
-int first_unfinished(const RunFolder& folder, const Manifest& manifest);
+// The files that a scene names, as they are now: absolute path and hash of the bytes. Errors: io Error for
+// one that cannot be read.
+std::vector<std::pair<std::string, std::string>> hash_inputs(const SceneConfig& scene);
 
 }  // namespace firn

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "src/app/progress.h"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,6 +16,13 @@ constexpr auto kRedraw = std::chrono::milliseconds(200);  // on a terminal
 constexpr auto kPlainLine = std::chrono::seconds(5);      // elsewhere
 constexpr std::size_t kRecentFrames = 8;
 constexpr const char* kDoing[] = {"simulating", "tracing", "writing"};
+
+// Characters that fit into a line; a longer line would be wrapped by the terminal, and redrawn below itself.
+std::size_t width() {
+  winsize size{};
+  if (::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return std::string::npos;
+  return size.ws_col - 1u;
+}
 
 double seconds(std::chrono::steady_clock::duration d) { return std::chrono::duration<double>(d).count(); }
 
@@ -110,7 +118,7 @@ void Progress::draw(bool periodic) {
   const std::lock_guard lock(mutex_);
   if (periodic && !terminal_ && Clock::now() - last_draw_ < kPlainLine) return;
   last_draw_ = Clock::now();
-  std::fprintf(stderr, terminal_ ? "\r\033[K%s" : "%s\n", line().c_str());
+  std::fprintf(stderr, terminal_ ? "\r\033[K%s" : "%s\n", line().substr(0, width()).c_str());
   std::fflush(stderr);
 }
 

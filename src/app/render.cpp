@@ -9,6 +9,7 @@
 #include "src/app/commands.h"
 #include "src/app/interrupt.h"
 #include "src/app/new_run.h"
+#include "src/app/verify.h"
 #include "src/core/isa.h"
 
 namespace firn {
@@ -32,16 +33,16 @@ std::pair<int, int> frames_to_show(const Options& options, const RunFolder& sour
 
 // Into the run's own folder: pictures that are there are kept, so that an interrupted rendering goes on when
 // repeated.
-int first_missing_picture(const Production& run, std::pair<int, int> frames) {
+int first_missing_picture(Production& run, std::pair<int, int> frames) {
   int frame = frames.first;
-  const std::string format = run.scene().output.formats.front();
-  while (frame <= frames.second && std::filesystem::exists(run.folder().frame(frame, format))) ++frame;
+  while (frame <= frames.second && has_pictures(run.folder(), run.manifest(), frame)) ++frame;
   return frame;
 }
 
 ExitCode render_run(const Options& options) {
   const auto& kernels = choose_kernels(options.isa);
   RunFolder source = RunFolder::open(options.target);
+  if (!options.out) source.lock();
   const Manifest simulated = read_manifest(source.manifest());
   const auto frames = frames_to_show(options, source, simulated);
   if (!options.out && (!options.overrides.empty() || options.quick)) {
@@ -49,6 +50,7 @@ ExitCode render_run(const Options& options) {
                 "rendering a run with other values needs an --out of its own");
   }
   SceneConfig scene = read_scene_text(simulated.scene, simulated.scene_file, options.reading());
+  require_inputs(simulated, scene);
   auto renderer = make_renderer(scene, kernels);
   auto snow = std::make_unique<RecordedSnow>(options.target);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Continues a run where it stopped, whatever stopped it: finished frames are kept, the simulation goes on
 // from the checkpoint, or from the start if none fits, with the same bits either way.
-#include <cstdio>
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <optional>
@@ -10,6 +10,7 @@
 #include "src/app/commands.h"
 #include "src/app/interrupt.h"
 #include "src/app/new_run.h"
+#include "src/app/verify.h"
 #include "src/core/isa.h"
 #include "src/io/checkpoint.h"
 #include "src/io/file.h"
@@ -24,41 +25,66 @@ std::string isa_of(const Options& options, const Manifest& manifest) {
 }
 
 // A checkpoint can be used if all the frames that it has passed and that are not finished are kept in it.
-bool covers(const Checkpoint& checkpoint, const Manifest& manifest, int first) {
+bool covers(const Checkpoint& checkpoint, int first) {
   for (int frame = first; frame <= checkpoint.frame; ++frame) {
-    const auto is_frame = [frame](const auto& x) { return x.frame == frame; };
+    const auto is_frame = [frame](const PendingFrame& pending) { return pending.snow.frame == frame; };
     if (!std::any_of(checkpoint.pending.begin(), checkpoint.pending.end(), is_frame)) return false;
-    if (!std::any_of(manifest.ahead.begin(), manifest.ahead.end(), is_frame)) return false;
   }
   return true;
 }
 
+// The latest that can be used. One that cannot be read is told of and passed over.
+std::optional<Checkpoint> find_checkpoint(Production& run, int first) {
+  const std::string& scene = run.manifest().scene;
+  for (const int frame : run.folder().saved_checkpoints()) {
+    try {
+      Checkpoint checkpoint =
+          read_checkpoint(run.folder().checkpoint(frame), hash_bytes(scene.data(), scene.size()));
+      if (covers(checkpoint, first)) return checkpoint;
+    } catch (const Error& error) {
+      run.progress().say(std::string(error.what()) + "; it is not used");
+    }
+  }
+  return std::nullopt;
+}
+
 void restore(Production& run, SimulatedSnow& snow, int first) {
-  const auto path = run.folder().checkpoint();
-  if (!std::filesystem::exists(path)) {
-    if (first > run.manifest().first)
-      run.progress().say("There is no checkpoint: simulating again from the start.");
-    return;
+  if (auto checkpoint = find_checkpoint(run, first)) {
+    snow.restore(std::move(*checkpoint), first);
+  } else if (first > 0) {
+    run.progress().say("There is no checkpoint from before frame " + std::to_string(first) +
+                       ": simulating again from the start.");
   }
-  const auto& scene = run.manifest().scene;
-  Checkpoint checkpoint = read_checkpoint(path, hash_bytes(scene.data(), scene.size()));
-  if (!covers(checkpoint, run.manifest(), first)) {
-    if (first > 0)
-      run.progress().say("The checkpoint is newer than the frames: simulating again from the start.");
-    return;
-  }
-  snow.restore(std::move(checkpoint), run.manifest().ahead);
+}
+
+// Whether nothing is left to do.
+bool is_complete(Production& run, int first) {
+  const Manifest& m = run.manifest();
+  if (m.status != "complete" || first <= m.last) return false;
+  if (m.movie.empty() || m.movie_hash.empty()) return true;
+  const std::string fault = fault_of(run.folder().path() / m.movie, m.movie_hash);
+  if (!fault.empty()) run.progress().say(fault + ": making it again.");
+  return fault.empty();
+}
+
+ExitCode end(Production& run, int first) {
+  const ExitCode code = run.produce(first, run.manifest().last, stop_flag());
+  std::cout << run.folder().path().string() << "\n";
+  return code;
 }
 
 }  // namespace
 
 ExitCode resume_command(const Options& options) {
   RunFolder folder = RunFolder::open(options.target);
+  folder.lock();
   Manifest manifest = read_manifest(folder.manifest());
-  const int first = first_unfinished(folder, manifest);
+  require_scene(folder, manifest);
+  const auto [first, why] = first_unfinished(folder, manifest);
   const std::string isa = isa_of(options, manifest);
   const auto& kernels = choose_kernels(isa);
   SceneConfig scene = read_scene_text(manifest.scene, manifest.scene_file, {});
+  require_inputs(manifest, scene);
   manifest.isa = kernels.isa;
   manifest.slots = options.overlap ? 3 : 1;
   manifest.threads =
@@ -67,12 +93,18 @@ ExitCode resume_command(const Options& options) {
   Production run(std::move(folder), std::move(scene), std::move(manifest), options.quiet);
   const Manifest& m = run.manifest();
   run.again = "firn resume " + options.target;
-  if (m.status == "complete" && first > m.last) {
+  if (!why.empty())
+    run.progress().say(why + ": frame " + std::to_string(first) + " and those after it are made again.");
+  if (is_complete(run, first)) {
     run.progress().say("This run is complete.");
     std::cout << run.folder().path().string() << "\n";
     return ExitCode::ok;
   }
   if (m.pictures) run.renderer = make_renderer(run.scene(), kernels);
+  if (first > m.last) {
+    run.progress().say(run.scene().name + ": all frames are there");
+    return end(run, first);
+  }
   if (m.snow_from.empty()) {
     run.simulated = make_snow(run.scene(), kernels, m.force);
     restore(run, *run.simulated, first);
@@ -82,9 +114,7 @@ ExitCode resume_command(const Options& options) {
   run.expected_seconds = expected_frame_seconds(run.scene(), run.simulated.get(), m.pictures, m.threads);
   run.progress().say(run.scene().name + ": resuming at frame " + std::to_string(first) + " of " +
                      std::to_string(m.first) + "-" + std::to_string(m.last));
-  const ExitCode code = run.produce(first, m.last, stop_flag());
-  std::cout << run.folder().path().string() << "\n";
-  return code;
+  return end(run, first);
 }
 
 }  // namespace firn

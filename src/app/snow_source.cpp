@@ -28,10 +28,9 @@ SimulatedSnow::SimulatedSnow(Simulation simulation, double seconds_per_frame)
 
 bool SimulatedSnow::fetch(int frame, Snapshot& out, FrameRecord& record, const std::atomic<bool>& stop) {
   if (const auto kept = pending_.find(frame); kept != pending_.end()) {
-    out = std::move(kept->second);
-    record = pending_records_.at(frame);
+    out = std::move(kept->second.snow);
+    record = std::move(kept->second.record);
     pending_.erase(kept);
-    pending_records_.erase(frame);
     return true;
   }
   // Every frame on the way is reached exactly, shown or not: the same steps whichever frames are asked for.
@@ -52,13 +51,14 @@ double SimulatedSnow::bytes_per_particle() const {
          static_cast<double>(std::max<std::size_t>(simulation_.particle_count(), 1));
 }
 
-void SimulatedSnow::restore(Checkpoint checkpoint, const std::vector<FrameRecord>& ahead) {
+void SimulatedSnow::restore(Checkpoint checkpoint, int first) {
   std::istringstream in(std::move(checkpoint.state));
   simulation_.load(in);
   reached_ = checkpoint.frame;
   steps_before_ = checkpoint.particle_steps;
-  for (auto& snapshot : checkpoint.pending) pending_[snapshot.frame] = std::move(snapshot);
-  for (const auto& record : ahead) pending_records_[record.frame] = record;
+  for (auto& frame : checkpoint.pending) {
+    if (frame.snow.frame >= first) pending_[frame.snow.frame] = std::move(frame);
+  }
 }
 
 Checkpoint SimulatedSnow::checkpoint() const {
@@ -69,7 +69,7 @@ Checkpoint SimulatedSnow::checkpoint() const {
   Checkpoint checkpoint;
   checkpoint.frame = reached_;
   checkpoint.particle_steps = steps_before_;
-  for (const auto& [frame, snapshot] : pending_) checkpoint.pending.push_back(snapshot);
+  for (const auto& [number, frame] : pending_) checkpoint.pending.push_back(frame);
   checkpoint.state = std::move(out).str();
   return checkpoint;
 }

@@ -31,21 +31,20 @@ class SimulatedSnow : public SnowSource {
   bool fetch(int frame, Snapshot& out, FrameRecord& record, const std::atomic<bool>& stop) override;
   double bytes_per_particle() const;
 
-  void restore(Checkpoint checkpoint, const std::vector<FrameRecord>& ahead);
+  // Goes on from a checkpoint; of its pending frames those before `first` are not wanted any more.
+  void restore(Checkpoint checkpoint, int first);
   // The state as it is now, with the frames of an earlier checkpoint that were not asked for yet; the scene's
   // hash is left to the caller.
   Checkpoint checkpoint() const;
   int reached() const { return reached_; }
   const Simulation& simulation() const { return simulation_; }
-  const std::map<int, FrameRecord>& pending_records() const { return pending_records_; }
 
  private:
   Simulation simulation_;
   double seconds_per_frame_;
-  int reached_ = 0;                  // last frame whose time the simulation has reached
-  std::uint64_t steps_before_ = 0;   // particle-steps up to that frame
-  std::map<int, Snapshot> pending_;  // passed before a checkpoint, not asked for yet
-  std::map<int, FrameRecord> pending_records_;
+  int reached_ = 0;                      // last frame whose time the simulation has reached
+  std::uint64_t steps_before_ = 0;       // particle-steps up to that frame
+  std::map<int, PendingFrame> pending_;  // passed before a checkpoint, not asked for yet
 };
 
 class RecordedSnow : public SnowSource {

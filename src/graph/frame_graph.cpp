@@ -30,7 +30,9 @@ using Stage = std::function<bool(int, FrameSlot&)>;
 class Run {
  public:
   Run(const FrameGraphOptions& options, std::atomic<bool>& stop)
-      : slots(static_cast<std::size_t>(std::max(options.slots, 1))), stop_(stop) {}
+      : slots(static_cast<std::size_t>(std::max(options.slots, 1))),
+        holds_(slots.size(), kNoFrame),
+        stop_(stop) {}
 
   bool wants(int frame) const { return frame < end_.load() && !stop_.load(); }
 
@@ -56,18 +58,25 @@ class Run {
     if (error_) std::rethrow_exception(error_);
     result_.finished = written - first + 1;
     result_.interrupted = written < last;
-    for (auto& slot : slots) {
-      const int frame = slot.snapshot.frame;
-      if (frame > written && frame <= simulated) result_.pending.push_back(std::move(slot.snapshot));
+    for (std::size_t slot = 0; slot < slots.size(); ++slot) {
+      const int frame = holds_[slot];
+      if (frame > written && frame <= simulated) result_.pending.push_back(std::move(slots[slot].snapshot));
     }
     std::sort(result_.pending.begin(), result_.pending.end(),
               [](const Snapshot& a, const Snapshot& b) { return a.frame < b.frame; });
     return std::move(result_);
   }
 
+  // From here on a slot is of this frame, which its snapshot says too. A slot that was never used is of none.
+  void assign(int slot, int frame) {
+    slots[static_cast<std::size_t>(slot)].snapshot.frame = frame;
+    holds_[static_cast<std::size_t>(slot)] = frame;
+  }
+
   std::vector<FrameSlot> slots;
 
  private:
+  static constexpr int kNoFrame = -1;
   double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
 
   void end_at(int frame, std::exception_ptr error) {
@@ -77,6 +86,7 @@ class Run {
   }
 
   const Clock::time_point start_ = Clock::now();
+  std::vector<int> holds_;  // the frame of each slot
   std::atomic<bool>& stop_;
   std::atomic<int> end_{INT_MAX};  // the first frame that will not be finished
   std::mutex mutex_;
@@ -100,7 +110,7 @@ FrameGraphResult run_graph(const FrameStages& stages, const FrameGraphOptions& o
   flow::join_node<Ticket, flow::reserving> pair(graph);
   flow::function_node<Ticket, Ticket> simulate(graph, flow::serial, [&](const Ticket& ticket) {
     const auto [frame, slot] = ticket;
-    run.slots[static_cast<std::size_t>(slot)].snapshot.frame = frame;
+    run.assign(slot, frame);
     if (run.perform("simulate", stages.simulate, frame, slot)) simulated = frame;
     return ticket;
   });

@@ -9,7 +9,7 @@ namespace firn {
 namespace {
 
 constexpr std::string_view kMagic = "FIRNCKPT";
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
 
 void put_sized(std::string& file, std::string_view bytes) {
   put(file, static_cast<std::uint64_t>(bytes.size()));
@@ -27,7 +27,10 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& check
   put(file, static_cast<std::int32_t>(checkpoint.frame));
   put(file, checkpoint.particle_steps);
   put(file, static_cast<std::uint32_t>(checkpoint.pending.size()));
-  for (const auto& snapshot : checkpoint.pending) put_sized(file, encode_snapshot(snapshot));
+  for (const auto& [record, snow] : checkpoint.pending) {
+    put_sized(file, encode_record(record));
+    put_sized(file, encode_snapshot(snow));
+  }
   put(file, static_cast<std::uint64_t>(checkpoint.state.size()));
   // The state is most of the simulation's memory: it is written from where it lies.
   std::string_view pieces[] = {file, checkpoint.state, {}};
@@ -57,7 +60,13 @@ Checkpoint read_checkpoint(const std::filesystem::path& path, std::uint64_t scen
   checkpoint.particle_steps = in.get<std::uint64_t>();
   const auto pending = in.get<std::uint32_t>();
   for (std::uint32_t i = 0; i < pending; ++i) {
-    checkpoint.pending.push_back(decode_snapshot(take_sized(in), path.string()));
+    PendingFrame& frame = checkpoint.pending.emplace_back();
+    frame.record = decode_record(take_sized(in), path.string());
+    frame.snow = decode_snapshot(take_sized(in), path.string());
+    const int before = i == 0 ? -1 : checkpoint.pending[i - 1].snow.frame;
+    if (frame.snow.frame <= before || frame.snow.frame > checkpoint.frame ||
+        frame.record.frame != frame.snow.frame)
+      in.fail("damaged checkpoint: its pending frames are out of order");
   }
   checkpoint.state = take_sized(in);
   return checkpoint;

@@ -2,13 +2,13 @@
 #include "src/io/file.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <xxhash.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
 #include <memory>
 #include <new>
 
@@ -33,6 +33,30 @@ int write_all(int descriptor, std::string_view bytes) {
   }
   return 0;
 }
+
+// How many bytes could be read: fewer at the end of the file, or, with errno set, where reading failed.
+std::size_t read_all(int descriptor, char* bytes, std::size_t count) {
+  std::size_t done = 0;
+  errno = 0;
+  while (done < count) {
+    const ssize_t got = ::read(descriptor, bytes + done, count - done);
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return done;
+    done += static_cast<std::size_t>(got);
+  }
+  errno = 0;
+  return done;
+}
+
+struct Descriptor {
+  int number;
+  explicit Descriptor(int n) : number(n) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (number >= 0) ::close(number);
+  }
+};
 
 // Some file systems cannot flush (EINVAL); the bytes are then as safe as they get.
 int flush(int descriptor) { return ::fsync(descriptor) == 0 || errno == EINVAL ? 0 : errno; }
@@ -59,15 +83,29 @@ void write_pieces(const fs::path& path, std::span<const std::string_view> pieces
 }
 
 std::string read_file(const fs::path& path) {
-  std::error_code ignored;
-  if (fs::is_directory(path, ignored)) fail(path, "read", EISDIR);
+  // A pipe without a writer would let even open() wait.
+  const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
+  struct stat status {};
+  if (file.number < 0 || ::fstat(file.number, &status) != 0) fail(path, "read", errno);
+  if (S_ISDIR(status.st_mode)) fail(path, "read", EISDIR);
+  if (!S_ISREG(status.st_mode)) {
+    throw Error(ExitCode::io, path.string(), "cannot read: it is a pipe or a device, not a file");
+  }
+  std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
+  if (read_all(file.number, bytes.data(), bytes.size()) != bytes.size())
+    fail(path, "read", errno ? errno : EIO);
+  return bytes;
+}
+
+std::string read_standard_input(std::size_t most) {
+  std::string bytes(most + 1, '\0');
   errno = 0;
-  std::ifstream in(path, std::ios::binary | std::ios::ate);
-  if (!in) fail(path, "read", errno);
-  const auto size = static_cast<std::streamoff>(in.tellg());
-  std::string bytes(static_cast<std::size_t>(size), '\0');
-  in.seekg(0);
-  if (!in.read(bytes.data(), size)) fail(path, "read", errno ? errno : EIO);
+  bytes.resize(read_all(STDIN_FILENO, bytes.data(), bytes.size()));
+  if (errno != 0) fail("the standard input", "read", errno);
+  if (bytes.size() > most) {
+    throw Error(ExitCode::io, "the standard input",
+                "more than " + std::to_string(most >> 20) + " MiB are not read");
+  }
   return bytes;
 }
 

@@ -14,7 +14,9 @@ namespace firn {
 // Errors: io Error that names the path and the system's reason.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 void write_pieces(const std::filesystem::path& path, std::span<const std::string_view> pieces);  // one file
-std::string read_file(const std::filesystem::path& path);
+std::string read_file(const std::filesystem::path& path);  // refuses what is no regular file: pipes, devices
+std::string read_standard_input(
+    std::size_t most);  // to its end; io Error if there are more bytes than `most`
 
 std::uint64_t hash_bytes(const void* bytes, std::size_t size);        // XXH3, 64 bits
 std::uint64_t hash_pieces(std::span<const std::string_view> pieces);  // as of one array

@@ -4,6 +4,7 @@
 
 #include <png.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <sstream>
@@ -48,10 +49,14 @@ Netpbm parse_netpbm(const std::filesystem::path& path, const std::string& file, 
   if (!(in >> word >> header.width >> header.height >> header.number) || word != magic) {
     fail(path, std::string("not a ") + magic + " image");
   }
-  const std::size_t start = static_cast<std::size_t>(in.tellg()) + 1;
-  const bool sized = header.width > 0 && header.height > 0;
-  const std::size_t bytes = sized ? pixel * static_cast<std::size_t>(header.width) * header.height : 0;
-  if (!sized || file.size() != start + bytes) fail(path, "damaged image: its size does not fit its header");
+  const std::size_t start = in.eof() ? file.size() : static_cast<std::size_t>(in.tellg()) + 1;
+  const std::size_t bytes = file.size() - std::min(start, file.size());
+  // By division, since the product of what a header promises may be more than an integer holds.
+  const bool sized =
+      header.width > 0 && header.height > 0 && bytes % pixel == 0 &&
+      bytes / pixel % static_cast<std::size_t>(header.width) == 0 &&
+      bytes / pixel / static_cast<std::size_t>(header.width) == static_cast<std::size_t>(header.height);
+  if (!sized) fail(path, "damaged image: its size does not fit its header");
   header.pixels = file.data() + start;
   return header;
 }

@@ -12,6 +12,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr int kMostFrames = 10'000'000;
+
 // Visits every field of a record by name; the same list serves writing (F stores) and reading (F loads).
 template <class M, class F>
 void metrics_fields(M& m, F&& field) {
@@ -84,8 +86,9 @@ void manifest_fields(M& m, F&& field) {
   field("wants_movie", m.wants_movie);
   field("bytes_per_particle", m.bytes_per_particle);
   field("movie", m.movie);
+  field("movie_hash", m.movie_hash);
   field("frames", m.frames);
-  field("ahead", m.ahead);
+  field("inputs", m.inputs);
   field("snow_from", m.snow_from);
   field("scene_file", m.scene_file);
   field("scene_hash", m.scene_hash);
@@ -153,6 +156,23 @@ struct Load {
   }
 };
 
+// What no writer of a manifest leaves behind.
+void check(const Manifest& m, const std::string& where) {
+  const auto fail = [&](const std::string& what) {
+    throw Error(ExitCode::io, where, "damaged manifest: " + what);
+  };
+  if (m.first < 0 || m.last < m.first || m.last > kMostFrames)
+    fail("its frames are " + std::to_string(m.first) + "-" + std::to_string(m.last));
+  if (hex(hash_bytes(m.scene.data(), m.scene.size())) != m.scene_hash)
+    fail("its scene is not the one that the run began with");
+  int before = m.first - 1;
+  for (const FrameRecord& record : m.frames) {
+    if (record.frame <= before || record.frame > m.last)
+      fail("it has a frame " + std::to_string(record.frame) + " out of order");
+    before = record.frame;
+  }
+}
+
 }  // namespace
 
 void write_manifest(const std::filesystem::path& path, const Manifest& manifest) {
@@ -164,13 +184,34 @@ void write_manifest(const std::filesystem::path& path, const Manifest& manifest)
 Manifest read_manifest(const std::filesystem::path& path) {
   Manifest manifest;
   try {
-    const Json json = Json::parse(read_file(path));
+    Json json = Json::parse(read_file(path));
+    // What version 0.1 did not write.
+    json.emplace("inputs", Json::object());
+    json.emplace("movie_hash", "");
     manifest_fields(manifest, Load{json});
   } catch (const nlohmann::json::exception& error) {
     throw Error(ExitCode::io, path.string(),
                 std::string("not a manifest that this version of firn reads: ") + error.what());
   }
+  check(manifest, path.string());
   return manifest;
+}
+
+std::string encode_record(const FrameRecord& record) {
+  Json json = Json::object();
+  frame_fields(record, Store{json});
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+FrameRecord decode_record(std::string_view text, const std::string& where) {
+  FrameRecord record;
+  try {
+    const Json json = Json::parse(text);
+    frame_fields(record, Load{json});
+  } catch (const nlohmann::json::exception& error) {
+    throw Error(ExitCode::io, where, std::string("not the record of a frame: ") + error.what());
+  }
+  return record;
 }
 
 }  // namespace firn

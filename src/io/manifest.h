@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -49,13 +50,19 @@ struct Manifest {
   std::string scene_hash;
   double bytes_per_particle = 0;    // of the simulation, grid included
   std::string movie;                // file name, empty if none
+  std::string movie_hash;           // of its bytes
   std::vector<FrameRecord> frames;  // finished ones, in order
-  std::vector<FrameRecord>
-      ahead;  // simulated but not written when interrupted; their snow is in the checkpoint
+  std::vector<std::pair<std::string, std::string>>
+      inputs;  // files that the scene names: absolute path, hash of its bytes
 };
 
 void write_manifest(const std::filesystem::path& path, const Manifest& manifest);
-// Errors: io Error for a missing or damaged file.
+// Errors: io Error for a missing or damaged file: not JSON, without a field, frames that do not ascend or are
+// not of the run, a scene that is not the one of its hash.
 Manifest read_manifest(const std::filesystem::path& path);
+
+// One record as JSON in one line, and back. Errors: io Error at `where` for anything else.
+std::string encode_record(const FrameRecord& record);
+FrameRecord decode_record(std::string_view json, const std::string& where);
 
 }  // namespace firn

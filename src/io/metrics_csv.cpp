@@ -2,9 +2,7 @@
 // Numbers are written with 17 significant digits: they read back to the same double.
 #include "src/io/metrics_csv.h"
 
-#include <cstdlib>
 #include <sstream>
-#include <utility>
 
 #include "src/core/error.h"
 #include "src/io/file.h"
@@ -41,27 +39,9 @@ std::string header_of(const Metrics& metrics) {
   return header + "\n";
 }
 
-std::string kept_rows(const std::filesystem::path& path, int first) {
-  std::string kept, line;
-  if (!std::filesystem::exists(path)) return kept;
-  std::istringstream in(read_file(path));
-  std::getline(in, line);
-  while (std::getline(in, line) && !line.empty() && std::atoi(line.c_str()) < first) kept += line + "\n";
-  return kept;
-}
-
 void put_vector(std::ostream& out, const Vec3& v) { out << ',' << v.x() << ',' << v.y() << ',' << v.z(); }
 
-}  // namespace
-
-MetricsCsv::MetricsCsv(const std::filesystem::path& path, int first)
-    : path_(path), kept_(kept_rows(path, first)) {}
-
-void MetricsCsv::add(int frame, const Metrics& m) {
-  if (!out_.is_open()) {
-    write_file(path_, header_of(m) + std::exchange(kept_, {}));
-    out_.open(path_, std::ios::app);
-  }
+std::string row_of(int frame, const Metrics& m) {
   std::ostringstream row;
   row.precision(17);
   row << frame << ',' << m.time << ',' << m.steps << ',' << m.particle_steps << ',' << m.particles << ','
@@ -76,7 +56,26 @@ void MetricsCsv::add(int frame, const Metrics& m) {
   row << ',' << m.step.dt << ',' << field(m.step.cause);
   for (const ContactForce& contact : m.contacts) put_vector(row, contact.force);
   row << '\n';
-  out_ << row.str() << std::flush;
+  return row.str();
+}
+
+}  // namespace
+
+void MetricsCsv::replace(const std::vector<FrameRecord>& frames) {
+  out_.close();
+  if (frames.empty()) return;
+  std::string table = header_of(frames.front().metrics);
+  for (const FrameRecord& record : frames) table += row_of(record.frame, record.metrics);
+  write_file(path_, table);
+  out_.open(path_, std::ios::app);
+}
+
+void MetricsCsv::add(int frame, const Metrics& metrics) {
+  if (!out_.is_open()) {
+    write_file(path_, header_of(metrics));
+    out_.open(path_, std::ios::app);
+  }
+  out_ << row_of(frame, metrics) << std::flush;
   if (!out_) throw Error(ExitCode::io, path_.string(), "cannot write: is the disk full?");
 }
 

@@ -1,26 +1,28 @@
 // SPDX-License-Identifier: MIT
 // metrics.csv: what the snow did, one row a frame, on the disk as soon as the frame is. The header names the
-// units, and the colliders whose forces the last columns are: force_x_N[ground], ...
+// units, and the colliders whose forces the last columns are: force_x_N[ground], ... The manifest holds the
+// same numbers, so a session writes the rows of earlier ones anew, whatever has happened to them.
 #pragma once
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <vector>
 
+#include "src/io/manifest.h"
 #include "src/mpm/simulation.h"
 
 namespace firn {
 
 class MetricsCsv {
  public:
-  // Rows of earlier frames than `first` are kept if the file exists, later ones are dropped (they will be
-  // written again).
-  MetricsCsv(const std::filesystem::path& path, int first);
+  explicit MetricsCsv(const std::filesystem::path& path) : path_(path) {}
+  // The file as it is after these frames; none without a frame, since the columns are not known yet.
+  void replace(const std::vector<FrameRecord>& frames);
   void add(int frame, const Metrics& metrics);
 
  private:
   std::filesystem::path path_;
-  std::string kept_;   // rows, until the first new one comes
-  std::ofstream out_;  // closed until then
+  std::ofstream out_;  // closed until there is a row
 };
 
 }  // namespace firn

@@ -3,10 +3,13 @@
 #include "src/io/movie.h"
 
 #include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <sstream>
@@ -20,6 +23,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int kLookMilliseconds = 100;  // between two looks at the flag that stops
+constexpr int kLooks = 20;              // at a program that was asked to end
+
 std::string plain_number(double value) {
   std::ostringstream out;
   out.precision(10);
@@ -32,8 +38,38 @@ struct Outcome {
   std::string said;  // stdout and stderr, the last part
 };
 
-// Runs the words to their end; nothing on stdin.
-Outcome run_program(std::vector<std::string> words) {
+// Asks a program to end, and kills it if it does not.
+void end_program(pid_t child) {
+  ::kill(child, SIGTERM);
+  for (int look = 0; look < kLooks; ++look) {
+    siginfo_t ended{};
+    if (::waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOHANG | WNOWAIT) != 0 ||
+        ended.si_pid == child)
+      return;
+    ::poll(nullptr, 0, kLookMilliseconds);
+  }
+  ::kill(child, SIGKILL);
+}
+
+// The last part of what a program says until it ends, or is ended because of `stop`.
+std::string listen(int pipe, pid_t child, const std::atomic<bool>& stop) {
+  std::string said;
+  char buffer[4096];
+  while (!stop) {
+    pollfd waiting{pipe, POLLIN, 0};
+    if (::poll(&waiting, 1, kLookMilliseconds) <= 0) continue;
+    const ssize_t count = ::read(pipe, buffer, sizeof buffer);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return said;
+    said.append(buffer, static_cast<std::size_t>(count));
+    if (said.size() > 8192) said.erase(0, said.size() - 4096);
+  }
+  end_program(child);
+  return said;
+}
+
+// Runs the words to their end, or ends the program when `stop` is set; nothing on stdin.
+Outcome run_program(std::vector<std::string> words, const std::atomic<bool>& stop) {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) return {};
   posix_spawn_file_actions_t actions;
@@ -50,23 +86,26 @@ Outcome run_program(std::vector<std::string> words) {
   ::close(ends[1]);
   Outcome outcome;
   if (failed == 0) {
-    char buffer[4096];
-    for (ssize_t count; (count = ::read(ends[0], buffer, sizeof buffer)) > 0;) {
-      outcome.said.append(buffer, static_cast<std::size_t>(count));
-      if (outcome.said.size() > 8192) outcome.said.erase(0, outcome.said.size() - 4096);
+    outcome.said = listen(ends[0], child, stop);
+    while (::waitpid(child, &outcome.status, 0) < 0 && errno == EINTR) {
     }
-    ::waitpid(child, &outcome.status, 0);
   }
   ::close(ends[0]);
   return outcome;
+}
+
+// Of a program that may write anything: without control characters.
+std::string printable(std::string text) {
+  std::erase_if(text, [](unsigned char c) { return c < ' ' || c == 0x7F; });
+  return text;
 }
 
 std::string last_line(const std::string& text) {
   const auto end = text.find_last_not_of(" \r\n");
   if (end == std::string::npos) return "it said nothing";
   const auto begin = text.find_last_of("\r\n", end);
-  return text.substr(begin == std::string::npos ? 0 : begin + 1,
-                     end - (begin == std::string::npos ? 0 : begin + 1) + 1);
+  return printable(text.substr(begin == std::string::npos ? 0 : begin + 1,
+                               end - (begin == std::string::npos ? 0 : begin + 1) + 1));
 }
 
 }  // namespace
@@ -125,13 +164,18 @@ std::optional<fs::path> find_program(const std::string& name) {
   return std::nullopt;
 }
 
-fs::path make_mp4(const MovieJob& job) {
+fs::path make_mp4(const MovieJob& job, const std::atomic<bool>& stop) {
   const fs::path movie = job.out.string() + ".mp4";
   const fs::path unfinished = job.out.string() + ".part.mp4";
   auto words = ffmpeg_command(job);
   words.back() = unfinished.string();
-  const Outcome outcome = run_program(words);
+  const Outcome outcome = run_program(words, stop);
   std::error_code error;
+  // From a terminal Ctrl-C reaches ffmpeg too.
+  if (stop) {
+    fs::remove(unfinished, error);
+    throw Error(ExitCode::interrupted, movie.string(), "interrupted before the movie was made");
+  }
   if (!WIFEXITED(outcome.status) || WEXITSTATUS(outcome.status) != 0) {
     fs::remove(unfinished, error);
     throw Error(ExitCode::io, movie.string(), "ffmpeg failed: " + last_line(outcome.said));

@@ -26,8 +26,8 @@ std::string shell_line(const std::vector<std::string>& words);  // quoted where 
 std::optional<std::filesystem::path> find_program(const std::string& name);  // along the PATH
 
 // Errors: io Error if a frame cannot be read, ffmpeg fails (with the end of what it said) or the disk is
-// full.
-std::filesystem::path make_mp4(const MovieJob& job);
+// full; interrupted Error if `stop` is set before it is made.
+std::filesystem::path make_mp4(const MovieJob& job, const std::atomic<bool>& stop);
 std::filesystem::path make_webp(const MovieJob& job, const std::atomic<bool>& stop);
 
 }  // namespace firn

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "src/io/run_folder.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <utility>
 
@@ -56,6 +58,15 @@ void probe(const fs::path& folder) {
   fs::remove(file, ignored);
 }
 
+// Files that a killed process did not finish: x.part of write_file(), movie.part.mp4 of ffmpeg.
+void sweep(const fs::path& folder) {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const fs::path name = entry.path().filename();
+    if (name.extension() == ".part" || name.stem() == "movie.part") fs::remove(entry.path(), ignored);
+  }
+}
+
 void refuse_foreign_files(const fs::path& folder, bool overwrite) {
   const std::string name = folder.string();
   if (present(folder / "run.json")) {
@@ -88,12 +99,14 @@ RunFolder RunFolder::take(const std::string& scene, const std::optional<std::str
   folder.made_ = make_folders(folder.path_);
   probe(folder.path_);
   refuse_foreign_files(folder.path_, overwrite);
+  if (present(folder.manifest())) folder.lock();  // what is to be replaced may be in the making
   return folder;
 }
 
 RunFolder RunFolder::open(const fs::path& path) {
   RunFolder folder;
   folder.path_ = path;
+  folder.opened_ = true;
   if (!present(folder.manifest())) {
     throw Error(ExitCode::io, path.string(), "no run is in this folder (it has no run.json)");
   }
@@ -106,27 +119,47 @@ RunFolder& RunFolder::operator=(RunFolder&& other) noexcept {
   std::swap(path_, other.path_);
   std::swap(made_, other.made_);
   std::swap(overwrite_, other.overwrite_);
+  std::swap(opened_, other.opened_);
+  std::swap(begun_, other.begun_);
+  std::swap(lock_, other.lock_);
   return *this;
 }
 
 RunFolder::~RunFolder() {
-  std::error_code ignored;  // a folder that is no longer empty stays
+  std::error_code ignored;
+  if (begun_) {  // when it began, none of these was there
+    for (const char* own : kOwnNames) fs::remove_all(path_ / own, ignored);
+  }
+  lock_.reset();
+  // A folder that is not empty stays.
   for (auto it = made_.rbegin(); it != made_.rend(); ++it) fs::remove(*it, ignored);
 }
 
+void RunFolder::lock() {
+  if (!lock_) lock_ = std::make_unique<RunLock>(path_);
+}
+
 void RunFolder::begin() {
-  made_.clear();
+  lock();
   std::error_code error;
-  if (overwrite_) {
+  if (!opened_) {
+    refuse_foreign_files(path_, overwrite_);  // again: another process may have been here before the lock
     for (const char* own : kOwnNames) {
       fs::remove_all(path_ / own, error);
       if (error) fail(path_ / own, error.message());
     }
+    begun_ = true;
   }
   for (const char* inner : {"frames", "particles", "checkpoints"}) {
     fs::create_directory(path_ / inner, error);
     if (error) fail(path_ / inner, error.message());
   }
+  for (const fs::path& folder : {path_, frames(), particles(), checkpoints()}) sweep(folder);
+}
+
+void RunFolder::keep() {
+  made_.clear();
+  begun_ = false;
 }
 
 fs::path RunFolder::frame(int number, const std::string& extension) const {
@@ -139,6 +172,23 @@ fs::path RunFolder::particle_file(int number) const {
   char name[32];
   std::snprintf(name, sizeof name, "%04d.firn", number);
   return particles() / name;
+}
+
+fs::path RunFolder::checkpoint(int number) const {
+  char name[32];
+  std::snprintf(name, sizeof name, "%04d.checkpoint", number);
+  return checkpoints() / name;
+}
+
+std::vector<int> RunFolder::saved_checkpoints() const {
+  std::vector<int> frames;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(checkpoints(), ignored)) {
+    const int frame = std::atoi(entry.path().stem().c_str());
+    if (checkpoint(frame).filename() == entry.path().filename()) frames.push_back(frame);
+  }
+  std::sort(frames.rbegin(), frames.rend());
+  return frames;
 }
 
 }  // namespace firn

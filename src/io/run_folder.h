@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: MIT
 // The folder that a run lands in. It is taken before anything is computed, so that a folder that cannot be
-// written is known at once; it is given back (removed, if it was made here) unless the run begins, so that a
-// scene error found later leaves nothing behind. No run is ever overwritten unasked.
+// written is known at once; it is given back (removed, if it was made here) unless the run is kept, so that a
+// scene error found later, or a disk that is full at once, leaves nothing behind. No run is ever overwritten
+// unasked, and only one process at a time writes into it.
 #pragma once
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "src/io/run_lock.h"
 
 namespace firn {
 
@@ -23,7 +27,11 @@ class RunFolder {
   RunFolder& operator=(RunFolder&&) noexcept;
   ~RunFolder();
 
-  void begin();  // from here on the folder stays; removes the earlier run's files if overwriting
+  // From here on other processes are kept out. Errors: io Error if one is in.
+  void lock();
+  // Locks, removes the earlier run's files if overwriting, and what writes that were cut off left behind.
+  void begin();
+  void keep();  // from here on the folder stays
 
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path manifest() const { return path_ / "run.json"; }
@@ -34,15 +42,20 @@ class RunFolder {
   std::filesystem::path movie() const { return path_ / "movie"; }  // without extension
   std::filesystem::path frames() const { return path_ / "frames"; }
   std::filesystem::path particles() const { return path_ / "particles"; }
-  std::filesystem::path checkpoint() const { return path_ / "checkpoints" / "latest.checkpoint"; }
+  std::filesystem::path checkpoints() const { return path_ / "checkpoints"; }
   std::filesystem::path frame(int number, const std::string& extension) const;  // frames/0007.png
   std::filesystem::path particle_file(int number) const;                        // particles/0007.firn
+  std::filesystem::path checkpoint(int number) const;                           // checkpoints/0007.checkpoint
+  std::vector<int> saved_checkpoints() const;  // their frames, the latest first
 
  private:
   RunFolder() = default;
   std::filesystem::path path_;
   std::vector<std::filesystem::path> made_;  // folders that did not exist before, outermost first
   bool overwrite_ = false;
+  bool opened_ = false;  // an existing run
+  bool begun_ = false;   // and not yet kept
+  std::unique_ptr<RunLock> lock_;
 };
 
 }  // namespace firn

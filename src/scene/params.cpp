@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 // The schema for people: `firn params` and docs/scene_format.md.
+#include <cctype>
 #include <ostream>
 #include <sstream>
 
+#include "src/core/error.h"
 #include "src/scene/presets.h"
 #include "src/scene/scene.h"
 #include "src/scene/schema.h"
+#include "src/scene/suggest.h"
 
 namespace firn {
 namespace {
@@ -88,14 +91,45 @@ void print_presets(std::ostream& out) {
   }
 }
 
-}  // namespace
+std::string lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
 
-void print_params(std::ostream& out, const std::string& prefix) {
+// Prints the keys of which `wanted(name, key)` is true; whether there were any.
+template <class Wanted>
+bool print_keys(std::ostream& out, const Wanted& wanted) {
+  bool any = false;
   for (const TableSpec& table : schema()) {
     for (const KeySpec& key : table.keys) {
-      if (full_name(table, key).rfind(prefix, 0) == 0) print_key(out, table, key);
+      if (!wanted(full_name(table, key), key)) continue;
+      print_key(out, table, key);
+      any = true;
     }
   }
+  return any;
+}
+
+// With and without their tables, as people type them.
+std::vector<std::string> all_names() {
+  std::vector<std::string> names;
+  for (const TableSpec& table : schema()) {
+    for (const KeySpec& key : table.keys) names.insert(names.end(), {full_name(table, key), key.name});
+  }
+  return names;
+}
+
+}  // namespace
+
+void print_params(std::ostream& out, const std::string& word) {
+  const auto begins = [&](const std::string& name, const KeySpec&) { return name.starts_with(word); };
+  const auto tells = [&](const std::string& name, const KeySpec& key) {
+    return lower(name).find(lower(word)) != std::string::npos ||
+           lower(key.notes.meaning).find(lower(word)) != std::string::npos;
+  };
+  if (print_keys(out, begins) || print_keys(out, tells)) return;
+  throw Error(ExitCode::usage, "",
+              "no key of a scene has '" + word + "' in its name or meaning" + suggestion(word, all_names()));
 }
 
 std::string scene_format_markdown() {

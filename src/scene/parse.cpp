@@ -16,6 +16,9 @@
 namespace firn {
 namespace {
 
+// Products of two such numbers, and of one with the mass of a particle, are still normal floats.
+constexpr double kSmallest = 1e-15, kLargest = 1e15;
+
 [[noreturn]] void refuse(const std::string& where, const std::string& what) {
   throw Error(ExitCode::usage, where, what);
 }
@@ -35,6 +38,12 @@ std::string unit_words(const KeySpec& key) {
 }
 
 double checked(const KeySpec& key, const RawValue& raw, double x) {
+  if (x != 0 && !(std::abs(x) >= kSmallest && std::abs(x) <= kLargest)) {
+    refuse(
+        raw.where,
+        "'" + key.name + "' is " + value_toml(x, ValueType::number) +
+            ", which single precision cannot calculate with: it must be 0 or of a size from 1e-15 to 1e15");
+  }
   if (!key.notes.range.holds(x)) {
     const std::string unit = *key.notes.unit ? std::string(" ") + key.notes.unit : "";
     refuse(raw.where, "'" + key.name + "' is " + value_toml(x, ValueType::number) +

@@ -2,12 +2,12 @@
 // In: a scene file, its [quick] table, --set. Out: a SceneConfig that is complete and free of contradictions.
 #include "src/scene/scene.h"
 
-#include <cctype>
+#include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "src/core/error.h"
+#include "src/io/file.h"
+#include "src/scene/name.h"
 #include "src/scene/override.h"
 #include "src/scene/parse.h"
 #include "src/scene/toml_text.h"
@@ -16,6 +16,7 @@
 namespace firn {
 namespace {
 
+constexpr std::size_t kMostBytes = std::size_t{64} << 20;  // of a scene file
 constexpr int kDefaultAcross = 40;  // particles across the smallest snow object, when nothing is said
 
 template <class List>
@@ -25,18 +26,14 @@ void name_by_number(List& list, const std::string& word) {
   }
 }
 
-// "my scene.resolved.toml" -> "my_scene".
-std::string name_from_file(const std::string& file) {
-  std::string name = std::filesystem::path(file).filename().string();
-  name = name.substr(0, name.find('.'));
-  for (char& c : name) {
-    if (!std::isalnum(static_cast<unsigned char>(c)) && c != '_' && c != '-') c = '_';
-  }
-  return name.empty() ? "scene" : name;
-}
-
-void resolve_file(std::optional<std::string>& file, const std::filesystem::path& folder) {
-  if (file) file = std::filesystem::absolute(folder / *file).lexically_normal().string();
+// Every place in a scene that may name a file.
+template <class Scene, class Visit>
+void for_each_file(Scene& scene, const Visit& visit) {
+  for (auto& snow : scene.snow) visit(snow.shape.file);
+  for (auto& collider : scene.colliders) visit(collider.shape.file);
+  for (auto& object : scene.objects) visit(object.shape.file);
+  for (auto& light : scene.lights) visit(light.file);
+  for (auto& surface : scene.surfaces) visit(surface.file);
 }
 
 // Late afternoon: a warm sun low on the left behind the camera and a blue sky.
@@ -57,11 +54,9 @@ void complete(SceneConfig& scene) {
   name_by_number(scene.snow, "snow");
   name_by_number(scene.colliders, "collider");
   const std::filesystem::path folder = std::filesystem::path(scene.file).parent_path();
-  for (SnowConfig& snow : scene.snow) resolve_file(snow.shape.file, folder);
-  for (ColliderConfig& collider : scene.colliders) resolve_file(collider.shape.file, folder);
-  for (ObjectConfig& object : scene.objects) resolve_file(object.shape.file, folder);
-  for (LightConfig& light : scene.lights) resolve_file(light.file, folder);
-  for (SurfaceConfig& surface : scene.surfaces) resolve_file(surface.file, folder);
+  for_each_file(scene, [&](std::optional<std::string>& file) {
+    if (file) file = std::filesystem::absolute(folder / *file).lexically_normal().string();
+  });
 }
 
 void derive_moduli(SnowConfig& snow) {
@@ -100,13 +95,29 @@ SceneConfig read_scene_text(const std::string& text, const std::string& file, co
   return scene;
 }
 
+std::vector<std::string> input_files(const SceneConfig& scene) {
+  std::vector<std::string> files;
+  for_each_file(scene, [&](const std::optional<std::string>& file) {
+    if (file && std::find(files.begin(), files.end(), *file) == files.end()) files.push_back(*file);
+  });
+  return files;
+}
+
 SceneConfig read_scene(const std::string& file, const ReadOptions& options) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in || std::filesystem::is_directory(file))
-    throw Error(ExitCode::io, file, "cannot read this scene file");
-  std::ostringstream text;
-  text << in.rdbuf();
-  return read_scene_text(text.str(), file, options);
+  if (file == "-") return read_scene_text(read_standard_input(kMostBytes), "stdin", options);
+  std::error_code unknown;  // and then reading says why
+  if (std::filesystem::is_directory(file, unknown)) {
+    const bool is_run = std::filesystem::exists(file + "/run.json", unknown);
+    throw Error(ExitCode::io, file,
+                is_run ? "this is the folder of a run, not a scene file; its scene is " + file +
+                             "/scene.resolved.toml"
+                       : "this is a folder, not a scene file");
+  }
+  if (std::filesystem::file_size(file, unknown) > kMostBytes && !unknown) {
+    throw Error(ExitCode::io, file,
+                "larger than " + std::to_string(kMostBytes >> 20) + " MiB: this is no scene file");
+  }
+  return read_scene_text(read_file(file), file, options);
 }
 
 }  // namespace firn

@@ -22,9 +22,13 @@ struct ReadOptions {
 };
 
 // Errors: usage Error "scene.toml:12:3: ..." for syntax, unknown key (with "did you mean"), wrong type, out
-// of range, contradiction; io Error when the file cannot be read.
+// of range, contradiction; io Error when the file cannot be read. The file "-" is the standard input, which
+// errors call "stdin".
 SceneConfig read_scene(const std::string& file, const ReadOptions& options);
 SceneConfig read_scene_text(const std::string& text, const std::string& file, const ReadOptions& options);
+
+// The files that the scene names, absolute, each once, in order.
+std::vector<std::string> input_files(const SceneConfig& scene);
 
 // The scene with every default written out, as TOML that read_scene reads back to the same config.
 std::string resolved_toml(const SceneConfig& scene);
@@ -35,8 +39,10 @@ SimulationSetup build_simulation(const SceneConfig& scene, bool force = false);
 RenderSetup build_render(const SceneConfig& scene);
 double grid_spacing(const SceneConfig& scene);  // m: dx, or from particles_across
 
-// `firn params [PREFIX]`: every key with type, unit, default, range and meaning.
-void print_params(std::ostream& out, const std::string& prefix);
+// `firn params [WORD]`: every key with type, unit, default, range and meaning, or only those whose name
+// begins with the word; where none does, those with the word in name or meaning. Errors: usage Error if there
+// is none either.
+void print_params(std::ostream& out, const std::string& word);
 // docs/scene_format.md, generated from the same table.
 std::string scene_format_markdown();
 

@@ -2,8 +2,90 @@
 #include "src/scene/suggest.h"
 
 #include <algorithm>
+#include <cctype>
+#include <utility>
 
 namespace firn {
+namespace {
+
+constexpr std::size_t kLongestWord = 64;  // nobody means a key of firn by a longer one
+
+// Words of other programs for what has another name here; the first that is known where it stands is meant.
+constexpr std::pair<const char*, const char*> kSynonyms[] = {
+    {"cube", "box"},
+    {"cuboid", "box"},
+    {"sphere", "ball"},
+    {"pill", "capsule"},
+    {"tube", "cylinder"},
+    {"floor", "plane"},
+    {"terrain", "height_field"},
+    {"heightmap", "height_field"},
+    {"dem", "height_field"},
+    {"obj", "mesh"},
+    {"trimesh", "mesh"},
+    {"lookat", "target"},
+    {"look_at", "target"},
+    {"at", "target"},
+    {"to", "target"},
+    {"from", "position"},
+    {"eye", "position"},
+    {"location", "position"},
+    {"location", "center"},
+    {"origin", "position"},
+    {"origin", "center"},
+    {"position", "center"},
+    {"translate", "center"},
+    {"center", "position"},
+    {"field_of_view", "fov"},
+    {"spp", "samples"},
+    {"samples_per_pixel", "samples"},
+    {"resolution", "width"},
+    {"size", "width"},
+    {"dimensions", "size"},
+    {"extents", "size"},
+    {"color", "albedo"},
+    {"colour", "albedo"},
+    {"reflectance", "albedo"},
+    {"diffuse", "albedo"},
+    {"material", "surface"},
+    {"material", "model"},
+    {"rho", "density"},
+    {"e", "young_modulus"},
+    {"nu", "poisson_ratio"},
+    {"speed", "velocity"},
+    {"intensity", "radiance"},
+    {"intensity", "irradiance"},
+    {"dt_max", "dt"},
+    {"timestep", "dt"},
+    {"time_step", "dt"},
+    {"resolution", "particles_across"},
+    {"framerate", "fps"},
+    {"frame_rate", "fps"},
+    {"bounces", "max_bounces"},
+    {"max_depth", "max_bounces"},
+    {"directional", "sun"},
+    {"distant", "sun"},
+    {"envmap", "image"},
+    {"hdri", "image"},
+    {"area", "quad"},
+    {"ball", "sphere"},
+    {"rect", "quad"},
+    {"angle", "rotation"},
+    {"rotate", "rotation"},
+};
+
+std::string lower(std::string word) {
+  for (char& c : word) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return word;
+}
+
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+std::string words(const std::string& name) { return ", did you mean '" + name + "'?"; }
+
+}  // namespace
 
 int edit_distance(const std::string& a, const std::string& b) {
   const int n = static_cast<int>(a.size()), m = static_cast<int>(b.size());
@@ -22,6 +104,10 @@ int edit_distance(const std::string& a, const std::string& b) {
 }
 
 std::string suggestion(const std::string& word, const std::vector<std::string>& names) {
+  if (word.size() > kLongestWord) return "";
+  for (const auto& [other, here] : kSynonyms) {
+    if (lower(word) == other && contains(names, here)) return words(here);
+  }
   const std::string* best = nullptr;
   int least =
       static_cast<int>(word.size()) / 3 + 2;  // one error more than a third of the letters is another word
@@ -32,7 +118,7 @@ std::string suggestion(const std::string& word, const std::vector<std::string>& 
       best = &name;
     }
   }
-  return best ? ", did you mean '" + *best + "'?" : "";
+  return best ? words(*best) : "";
 }
 
 }  // namespace firn

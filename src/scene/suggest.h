@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// "did you mean": the known name that is fewest typing errors away.
+// "did you mean": what other programs call so, or else the known name that is fewest typing errors away.
 #pragma once
 #include <string>
 #include <vector>

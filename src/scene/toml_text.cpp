@@ -9,9 +9,14 @@
 #include <tuple>
 
 #include "src/core/error.h"
+#include "src/scene/toml_depth.h"
 
 namespace firn {
 namespace {
+
+constexpr int kMostLevels = 64;
+constexpr const char* kTooDeep =
+    "tables and arrays are nested deeper than 64 levels here; no key of a scene is so deep";
 
 std::string place(const std::string& file, const toml::source_region& region) {
   return file + ":" + std::to_string(region.begin.line) + ":" + std::to_string(region.begin.column);
@@ -112,6 +117,10 @@ std::string describe(const RawValue& raw) {
 }
 
 RawTable parse_toml(std::string_view text, const std::string& file) {
+  if (const auto deep = find_deep_nesting(text, kMostLevels)) {
+    throw Error(ExitCode::usage, file + ":" + std::to_string(deep->line) + ":" + std::to_string(deep->column),
+                kTooDeep);
+  }
   try {
     return convert_table(toml::parse(text, std::string_view(file)), file);
   } catch (const toml::parse_error& error) {
@@ -121,6 +130,7 @@ RawTable parse_toml(std::string_view text, const std::string& file) {
 
 RawValue parse_toml_value(const std::string& text, const std::string& where) {
   RawValue result{text, where};
+  if (find_deep_nesting(text, kMostLevels)) throw Error(ExitCode::usage, where, kTooDeep);
   try {
     const std::string line = "value = " + text;
     const toml::table table = toml::parse(std::string_view(line));

@@ -3,11 +3,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <map>
 
 #include "src/core/error.h"
+#include "src/scene/name.h"
 #include "src/scene/suggest.h"
 
 namespace firn {
@@ -167,10 +167,8 @@ struct Checker {
   }
 
   void word(const std::string& table, const std::string& name) const {
-    const bool fine = !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
-      return std::isalnum(c) || c == '_' || c == '-';
-    });
-    if (!fine) refuse(table, "name", "'" + name + "' cannot be a name: use letters, digits, _ and -");
+    if (!is_name(name))
+      refuse(table, "name", "'" + name + "' cannot be a name: use letters, digits, _ and -");
   }
 
   void quad(const std::string& table, const LightConfig& light) const {

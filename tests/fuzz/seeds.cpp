@@ -40,14 +40,18 @@ void write_snow(const std::filesystem::path& folder) {
   std::ostringstream state;
   snow.save(state);
   write_file(place(folder, "state", "tiny"), state.str());
-  write_checkpoint(place(folder, "checkpoint", "two"), {42, 7, 9, {snapshot, Snapshot{}}, "state"});
+  snapshot.frame = 1;
+  Checkpoint two{42, 7, 9, {{}, {{}, snapshot}}, "state"};
+  two.pending[1].record.frame = 1;
+  write_checkpoint(place(folder, "checkpoint", "two"), two);
   write_checkpoint(place(folder, "checkpoint", "none"), {42, 7, 9, {}, state.str()});
   Manifest manifest;
+  manifest.scene_hash = hex(hash_bytes("", 0));
   write_manifest(place(folder, "manifest", "empty.json"), manifest);
   FrameRecord frame;
   frame.metrics = snow.metrics();
   frame.files = {{"frames/0000.png", "0123456789abcdef"}};
-  manifest.frames = manifest.ahead = {frame};
+  manifest.frames = {frame};
   write_manifest(place(folder, "manifest", "one.json"), manifest);
 }
 

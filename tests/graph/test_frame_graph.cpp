@@ -181,6 +181,41 @@ TEST_CASE("A stopped run finishes what was traced and hands back what was simula
     CHECK(result.pending[i].frame == 4 + static_cast<int>(i));
 }
 
+TEST_CASE(
+    "Stopped in any stage of any frame, a run hands back each simulated frame that is not written, once") {
+  const int frames = GENERATE(1, 2, 3, 4, 5), slots = GENERATE(1, 2, 3), first = GENERATE(0, 7);
+  for (int at = first; at < first + frames; ++at) {
+    for (int stage = 0; stage < 3; ++stage) {
+      std::atomic<bool> stop{false};
+      std::atomic<int> simulated{first - 1}, written{first - 1};
+      const auto reaches = [&](int s, int frame) {
+        if (s == stage && frame == at) stop = true;
+      };
+      FrameStages stages;
+      stages.simulate = [&](int frame, FrameSlot& slot) {
+        slot.snapshot.time = 100 + frame;
+        reaches(0, frame);
+        if (stop) return false;
+        simulated = frame;
+        return true;
+      };
+      stages.trace = [&](int frame, FrameSlot&) { return reaches(1, frame), !stop; };
+      stages.write = [&](int frame, FrameSlot&) { return reaches(2, frame), written = frame, true; };
+      const auto result = run_frames(stages, {first, first + frames - 1, slots, 2}, stop);
+      INFO("frames " << first << "-" << first + frames - 1 << ", slots " << slots << ", stage " << stage
+                     << " of frame " << at);
+      CHECK(result.finished == written - first + 1);
+      CHECK(result.interrupted == (written < first + frames - 1));
+      REQUIRE(result.pending.size() == static_cast<std::size_t>(simulated - written));
+      for (std::size_t i = 0; i < result.pending.size(); ++i) {
+        const int frame = written + 1 + static_cast<int>(i);
+        CHECK(result.pending[i].frame == frame);
+        CHECK(result.pending[i].time == 100 + frame);
+      }
+    }
+  }
+}
+
 TEST_CASE("A run that was stopped before it began does nothing and says so") {
   std::atomic<bool> stop{true};
   const auto result = run_frames(sleeping_stages(1, 1, 1), {0, 3, 2, 2}, stop);

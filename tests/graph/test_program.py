@@ -3,14 +3,19 @@
 an interrupted run goes on as if nothing had happened, and that the same scene gives the same bits however it is run.
 
 usage: test_program.py FIRN [fast | slow | TEST...]"""
+import fcntl
 import json
 import os
+import pty
+import random
 import re
 import resource
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
+import termios
 import time
 import unittest
 from pathlib import Path
@@ -34,8 +39,9 @@ class ProgramTest(unittest.TestCase):
         (self.here / name).write_text(text)
         return name
 
-    def firn(self, *words, code=0, limit=None):
-        done = subprocess.run([FIRN, *words], cwd=self.here, capture_output=True, text=True, timeout=120, preexec_fn=limit)
+    def firn(self, *words, code=0, limit=None, stdin=subprocess.DEVNULL):
+        done = subprocess.run([FIRN, *words], cwd=self.here, capture_output=True, text=True, timeout=120, preexec_fn=limit,
+                              stdin=stdin)
         self.assertEqual(done.returncode, code, f"firn {' '.join(words)}\n{done.stdout}{done.stderr}")
         return done
 
@@ -235,15 +241,334 @@ class Interruptions(ProgramTest):
     def test_a_lost_checkpoint_costs_time_but_no_bits(self):
         whole = self.whole()
         self.interrupt("stopped", 2)
-        (self.here / "stopped/checkpoints/latest.checkpoint").unlink()
+        checkpoints = sorted((self.here / "stopped/checkpoints").iterdir())
+        self.assertTrue(checkpoints)
+        for path in checkpoints:
+            path.unlink()
         self.firn("resume", "stopped")
         self.assertEqual(self.hashes("stopped"), whole)
+
+    def test_a_run_stopped_at_any_moment_and_again_in_its_resumes_comes_to_the_same_bits(self):
+        whole = self.whole()
+        rows = (self.here / "whole/metrics.csv").read_text()
+        random.seed(7)
+        for round in range(6):
+            run = f"often{round}"
+            words = ["run", self.scene, "--out", run, *LARGER, "--set", "output.checkpoint_every=1", "--quiet"]
+            if round % 2:
+                words.append("--no-overlap")
+            for kind in [signal.SIGINT, signal.SIGKILL, signal.SIGTERM, signal.SIGKILL, None]:
+                with subprocess.Popen([FIRN, *words], cwd=self.here, stdout=subprocess.DEVNULL) as process:
+                    while not (self.here / run / "run.json").exists() and process.poll() is None:
+                        time.sleep(0.001)
+                    if kind is not None:
+                        time.sleep(random.uniform(0, 0.4))
+                        process.send_signal(kind)
+                    process.wait(timeout=60)
+                words = ["resume", run, "--quiet"]
+            self.assertEqual(process.returncode, 0)
+            self.assertEqual(self.hashes(run), whole, run)
+            self.assertEqual((self.here / run / "metrics.csv").read_text(), rows)
+            self.assertFalse(list((self.here / run).rglob("*.part")))
+            self.assertFalse((self.here / run / "lock").exists())
+
+    def test_a_kill_soon_after_a_resume_does_not_throw_the_simulation_back(self):
+        self.interrupt("stopped", 3)
+        with subprocess.Popen([FIRN, "resume", "stopped", "--quiet"], cwd=self.here, stdout=subprocess.DEVNULL) as process:
+            while self.manifest("stopped")["status"] != "running" and process.poll() is None:
+                time.sleep(0.001)
+            process.kill()
+        self.assertNotIn("from the start", self.firn("resume", "stopped").stderr)
+        self.assertEqual(self.hashes("stopped"), self.whole())
+
+    def test_the_last_checkpoints_are_kept_and_a_damaged_one_is_passed_over(self):
+        whole = self.whole()
+        words = ["run", self.scene, "--out", "run", *LARGER, "--set", "output.checkpoint_every=1", "--quiet"]
+        with subprocess.Popen([FIRN, *words], cwd=self.here) as process:
+            while not (self.here / "run/frames/0005.png").exists() and process.poll() is None:
+                time.sleep(0.001)
+            process.kill()
+        names = self.names("run/checkpoints")
+        self.assertGreater(len(names), 1)
+        self.assertLessEqual(len(names), 4)  # three, and one that was about to go
+        latest = self.here / "run/checkpoints" / names[-1]
+        latest.write_bytes(latest.read_bytes()[:-1] + b"x")
+        (self.here / f"run/frames/{int(names[-1][:4]):04}.png").unlink()
+        said = self.firn("resume", "run").stderr
+        self.assertIn("damaged checkpoint", said)
+        self.assertNotIn("from the start", said)
+        self.assertEqual([h[:3] for h in self.hashes("run")], [h[:3] for h in whole])
 
     def test_a_complete_run_has_nothing_to_resume(self):
         self.firn("run", self.scene, "--out", "a")
         before = self.hashes("a")
         self.assertIn("complete", self.firn("resume", "a").stderr)
         self.assertEqual(self.hashes("a"), before)
+
+
+class FirstFrame(ProgramTest):
+    def test_a_run_stopped_while_its_first_frame_is_traced_keeps_that_frames_snow(self):
+        slow = ["--set", "image.samples=100", "--set", "image.width=160", "--set", "image.height=120", "--set", "output.particles=true",
+                "--frames", "0-1"]
+        self.firn("run", self.scene, "--out", "whole", *slow)
+        for kind, overlap in ((signal.SIGINT, []), (signal.SIGTERM, ["--no-overlap"]), (signal.SIGINT, ["--no-overlap"])):
+            run = f"cut{kind}{len(overlap)}"
+            with subprocess.Popen([FIRN, "run", self.scene, "--out", run, "--quiet", *slow, *overlap], cwd=self.here,
+                                  stdout=subprocess.DEVNULL) as process:
+                while not (self.here / run / "run.json").exists() and process.poll() is None:
+                    time.sleep(0.001)
+                time.sleep(0.1)
+                process.send_signal(kind)
+            self.assertEqual(process.returncode, 130)
+            self.assertEqual(self.manifest(run)["frames"], [])
+            self.firn("resume", run)
+            self.assertEqual(self.hashes(run), self.hashes("whole"))
+
+
+class Damage(ProgramTest):
+    """What a run wrote is changed by others before it is resumed, or looked at again."""
+
+    def damages(self, path):
+        whole = path.read_bytes()
+        middle = len(whole) // 2
+        yield "flipped", whole[:middle] + bytes([whole[middle] ^ 1]) + whole[middle + 1:]
+        yield "cut", whole[:middle]
+        yield "empty", b""
+        yield "foreign", (self.here / self.scene).read_bytes()
+        yield "missing", None
+
+    def test_resume_makes_every_damaged_file_again(self):
+        self.firn("run", self.scene, "--out", "a", "--set", "output.particles=true", "--set", "output.formats=['png','pfm']")
+        before = self.hashes("a")
+        movie = self.manifest("a")["movie"]
+        for name in ("frames/0000.png", "frames/0003.pfm", "frames/0005.png", "particles/0002.firn", movie):
+            path = self.here / "a" / name
+            whole = path.read_bytes()
+            for kind, bytes_now in self.damages(path):
+                path.unlink() if bytes_now is None else path.write_bytes(bytes_now)
+                self.assertIn(name, self.firn("resume", "a").stderr, kind)
+                if not name.endswith(".mp4"):
+                    self.assertEqual(path.read_bytes(), whole, f"{name} {kind}")
+                self.assertEqual(self.hashes("a"), before)
+        self.assertIn("complete", self.firn("resume", "a").stderr)
+
+    def test_resume_writes_the_rows_of_metrics_anew(self):
+        self.firn("run", self.scene, "--out", "a")
+        path = self.here / "a/metrics.csv"
+        whole = path.read_text()
+        for text in (whole[:200], whole.replace(",", ";"), ""):
+            path.write_text(text)
+            (self.here / "a/frames/0004.png").unlink()
+            self.firn("resume", "a")
+            self.assertEqual(path.read_text(), whole)
+
+    def test_a_changed_scene_is_not_gone_on_from(self):
+        self.firn("run", self.scene, "--out", "a")
+        (self.here / "a/frames/0004.png").unlink()
+        resolved = self.here / "a/scene.resolved.toml"
+        text = resolved.read_text()
+        resolved.write_text(text.replace("seed = 3", "seed = 4"))
+        self.assertIn("scene.resolved.toml", self.firn("resume", "a", code=2).stderr)
+        self.assertIn("seed = 4", resolved.read_text())
+        resolved.write_text(text)
+        manifest = (self.here / "a/run.json").read_text()
+        (self.here / "a/run.json").write_text(manifest.replace("seed = 3", "seed = 4"))
+        self.assertIn("scene", self.firn("resume", "a", code=4).stderr)
+        (self.here / "a/run.json").write_text(manifest)
+        self.write(self.scene, SCENE.replace("seed = 3", "seed = 4"))  # the user's own file may change: the run keeps its copy
+        self.firn("resume", "a")
+        self.assertEqual(self.manifest("a")["seed"], 3)
+
+    def test_a_changed_file_of_the_scene_is_not_gone_on_from(self):
+        corner = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+        self.write("rock.obj", corner)
+        self.write("rocky.toml", SCENE + '\n[[collider]]\nname = "rock"\nshape = "mesh"\nfile = "rock.obj"\noffset = [0.3, 0.0, 0.0]\n')
+        self.firn("run", "rocky.toml", "--out", "a", "--set", "output.particles=true")
+        before = self.hashes("a")
+        (self.here / "a/frames/0004.png").unlink()
+        for text in (corner.replace("0.1", "0.2"), ""):
+            self.write("rock.obj", text)
+            for words in (["resume", "a"], ["render", "a"], ["render", "a", "--out", "b"]):
+                self.assertIn("rock.obj", self.firn(*words, code=4).stderr)
+                self.assertFalse((self.here / "b").exists())
+        (self.here / "rock.obj").unlink()
+        self.assertIn("rock.obj", self.firn("resume", "a", code=4).stderr)
+        self.write("rock.obj", corner)
+        self.firn("resume", "a")
+        self.assertEqual(self.hashes("a"), before)
+
+    def test_render_makes_damaged_pictures_of_a_run_again(self):
+        self.firn("simulate", self.scene, "--out", "a")
+        self.firn("render", "a")
+        path = self.here / "a/frames/0002.png"
+        whole = path.read_bytes()
+        for kind, bytes_now in self.damages(path):
+            path.unlink() if bytes_now is None else path.write_bytes(bytes_now)
+            self.firn("render", "a")
+            self.assertEqual(path.read_bytes(), whole, kind)
+
+    def test_a_forged_manifest_is_refused_at_once(self):
+        self.firn("run", self.scene, "--out", "a")
+        whole = (self.here / "a/run.json").read_text()
+        for key, value in (("last_frame", 2147483647), ("last_frame", -1), ("first_frame", -5), ("first_frame", 3)):
+            forged = json.loads(whole)
+            forged[key] = value
+            (self.here / "a/run.json").write_text(json.dumps(forged))
+            self.assertIn("damaged manifest", self.firn("resume", "a", code=4).stderr)
+            self.firn("render", "a", code=4)
+
+
+class Writers(ProgramTest):
+    def test_one_process_at_a_time_writes_into_a_run(self):
+        words = [FIRN, "run", self.scene, "--out", "a", "--quiet", "--set", "image.samples=400"]
+        with subprocess.Popen(words, cwd=self.here, stdout=subprocess.DEVNULL) as process:
+            while not (self.here / "a/run.json").exists() and process.poll() is None:
+                time.sleep(0.001)
+            for words in (["resume", "a"], ["run", self.scene, "--out", "a", "--overwrite"],
+                          ["simulate", self.scene, "--out", "a", "--overwrite"]):
+                self.assertRegex(self.firn(*words, code=4).stderr, rf"^a: .*written by process {process.pid} on \S+\n")
+            process.send_signal(signal.SIGSTOP)  # alive, if silent
+            self.firn("resume", "a", code=4)
+            process.send_signal(signal.SIGCONT)
+            process.kill()
+        self.firn("resume", "a")
+        self.assertEqual(self.manifest("a")["status"], "complete")
+
+    def test_a_start_that_fails_leaves_nothing(self):
+        full = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
+        before = self.names(".")
+        self.firn("run", self.scene, "--out", "new/a", code=4, limit=full)
+        self.assertEqual(self.names("."), before)
+
+
+class Words(ProgramTest):
+    def refusal(self, *words, code=2, **options):
+        done = self.firn(*words, code=code, **options)
+        self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
+        return done.stderr
+
+    def test_a_wrong_word_names_what_was_meant(self):
+        self.firn("run", self.scene, "--out", "a", "--frames", "0")
+        for words, meant in ((["runn", self.scene], "'run'"), (["rnder"], "'render'"), (["Resume", "a"], "'resume'"),
+                             ([self.scene], f"'firn run {self.scene}'"), (["./none.toml"], "'firn run ./none.toml'"),
+                             (["a"], "'firn resume a'"), (["run", self.scene, "--quik"], "'--quick'"),
+                             (["run", "--ouput", "b", self.scene], "'--out'"), (["check", self.scene, "--frames", "0"], "--frames"),
+                             (["run", self.scene, "--frame=1"], "'--frames'"), (["--quick", "run", self.scene], "firn COMMAND --quick"),
+                             (["run", self.scene, "more"], "'more'"), (["xyzzy"], "simulate, render"),
+                             (["run", self.scene, "--frames", "4-2"], "2-4"), (["params", "raduis"], "'radius'"),
+                             (["run", self.scene, "--set", "image.widht=3"], "'width'")):
+            self.assertIn(meant, self.refusal(*words), words)
+
+    def test_a_seed_out_of_range_names_the_range(self):
+        for seed in ("-1", "9223372036854775808", "1e3", "0x10", "seven", "1 2", "+1", ""):
+            for words in (["--seed", seed], [f"--seed={seed}"]):
+                self.assertIn("0 to 9223372036854775807", self.refusal("check", self.scene, *words), seed)
+
+    def test_help_is_a_command_too(self):
+        self.assertEqual(self.firn("help").stdout, self.firn("--help").stdout)
+        for command in ("run", "simulate", "render", "resume", "check", "params", "info"):
+            self.assertEqual(self.firn("help", command).stdout, self.firn(command, "--help").stdout)
+
+    def test_params_finds_words_in_names_and_meanings(self):
+        self.assertIn("camera.aperture", self.firn("params", "aperture").stdout)
+        self.assertIn("light.type", self.firn("params", "preetham").stdout)
+        self.refusal("params", "qwertyuiop")
+
+    def test_a_scene_that_cannot_be_read_says_why(self):
+        (self.here / "folder").mkdir()
+        self.firn("run", self.scene, "--out", "a", "--frames", "0")
+        os.mkfifo(self.here / "pipe.toml")
+        for name, why in (("none.toml", "No such file"), ("folder", "this is a folder"), ("a", "a/scene.resolved.toml"),
+                          ("pipe.toml", "pipe"), ("/dev/zero", "device"), ("/dev/null", "device")):
+            self.assertIn(why, self.refusal("check", name, code=4), name)
+        (self.here / "secret.toml").write_text(SCENE)
+        (self.here / "secret.toml").chmod(0)
+        if os.geteuid() != 0:
+            self.assertIn("ermission denied", self.refusal("check", "secret.toml", code=4))
+
+    def test_a_scene_is_read_from_the_standard_input(self):
+        with open(self.here / self.scene, encoding="utf-8") as file:
+            self.firn("run", "-", "--out", "a", "--frames", "0-1", stdin=file)
+        self.firn("run", self.scene, "--out", "b", "--frames", "0-1")
+        self.assertEqual(self.hashes("a"), self.hashes("b"))
+        self.write("wrong.toml", SCENE.replace("radius", "radiu"))
+        with open(self.here / "wrong.toml", encoding="utf-8") as file:
+            self.assertRegex(self.refusal("check", "-", stdin=file), r"^stdin:\d+:\d+: .*radius")
+        with open("/dev/zero", encoding="utf-8") as file:
+            self.assertIn("64 MiB", self.refusal("check", "-", code=4, stdin=file))
+
+    def test_keys_of_endless_depth_are_refused_in_a_line(self):
+        for text in ("a" + ".a" * 20_000 + " = 1", "[a" + ".a" * 20_000 + "]", "x = " + "{a=" * 20_000, "x = " + "[" * 20_000):
+            self.write("deep.toml", text)
+            self.assertRegex(self.refusal("check", "deep.toml"), r"^deep\.toml:1:\d+: ")
+        self.refusal("check", self.scene, "--set", "a" + ".a" * 20_000 + "=1")
+        self.refusal("check", self.scene, "--set", "image.width={" + "a." * 20_000 + "a=1}")
+
+    def test_output_that_cannot_be_written_is_a_file_error(self):
+        for words in (["check", self.scene], ["params"], ["info"], ["--help"], ["run", self.scene, "--frames", "0", "--quiet"]):
+            with open("/dev/full", "w", encoding="utf-8") as full:
+                done = subprocess.run([FIRN, *words], cwd=self.here, stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
+            self.assertEqual(done.returncode, 4, words)
+            self.assertIn("standard output", done.stderr)
+
+    def test_with_streams_closed_at_the_start_nothing_lands_in_a_file_of_the_run(self):
+        self.firn("run", self.scene, "--out", "whole", "--frames", "0-1")
+        for run, closed in (("in", "<&-"), ("out", ">&-"), ("error", "2>&-"), ("all", "<&- >&- 2>&-")):
+            subprocess.run(["bash", "-c", f'"$0" run {self.scene} --out {run} --frames 0-1 {closed}', FIRN], cwd=self.here, timeout=60,
+                           check=True, capture_output=True)
+            self.assertEqual(self.hashes(run), self.hashes("whole"))
+            for name in ("frames/0000.png", "frames/0001.png", "metrics.csv", "scene.resolved.toml"):
+                self.assertEqual((self.here / run / name).read_bytes(), (self.here / "whole" / name).read_bytes(), closed)
+
+    def test_progress_fits_into_the_terminal(self):
+        for columns in (20, 60):
+            ours, theirs = pty.openpty()
+            fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+            with subprocess.Popen([FIRN, "run", self.scene, "--overwrite", "--out", "a", *LARGER], cwd=self.here, stderr=theirs,
+                                  stdout=subprocess.DEVNULL) as process:
+                os.close(theirs)
+                said = b""
+                try:
+                    while chunk := os.read(ours, 4096):
+                        said += chunk
+                except OSError:  # the other end is closed
+                    pass
+            os.close(ours)
+            self.assertEqual(process.returncode, 0)
+            drawn = re.findall(r"\r\x1b\[K([^\r\n]*)(?=\r\x1b)", said.decode())
+            self.assertTrue(drawn)
+            self.assertLess(max(map(len, drawn)), columns)
+
+    def test_names_may_be_of_any_script(self):
+        self.write("schöner schnee.toml", SCENE.replace('name = "tiny"', "").replace('"ball"', '"雪"', 1))
+        self.assertEqual(self.firn("run", "schöner schnee.toml", "--frames", "0-1", "--set", "snow.雪.radius=0.08").stdout, "out/schöner_schnee\n")
+        self.firn("resume", "out/schöner_schnee")
+
+    def test_numbers_that_no_float_holds_are_refused(self):
+        for key in ("snow.velocity", "simulation.gravity"):
+            for number in ("1e300", "-1e300", "1e-300"):
+                self.assertIn("single precision", self.refusal("check", self.scene, "--set", f"{key}=[0,{number},0]"))
+        self.assertIn("single precision", self.refusal("check", self.scene, "--set", "snow.density=1e-300"))
+
+
+class Movies(ProgramTest):
+    def test_a_signal_ends_the_making_of_the_movie_and_resume_makes_it(self):
+        (self.here / "ffmpeg").write_text("#!/bin/sh\ntouch begun\nexec sleep 30\n")
+        (self.here / "ffmpeg").chmod(0o755)
+        around = os.environ | {"PATH": f"{self.here}:{os.environ['PATH']}"}
+        for kind in (signal.SIGINT, signal.SIGTERM):
+            with subprocess.Popen([FIRN, "run", self.scene, "--out", f"a{kind}"], cwd=self.here, env=around, stdout=subprocess.DEVNULL,
+                                  stderr=subprocess.PIPE, text=True) as process:
+                while not (self.here / "begun").exists() and process.poll() is None:
+                    time.sleep(0.001)
+                process.send_signal(kind)
+                said = process.communicate(timeout=20)[1]
+            (self.here / "begun").unlink()
+            self.assertEqual(process.returncode, 130, said)
+            self.assertIn(f"firn resume a{kind}", said)
+            self.assertEqual(self.manifest(f"a{kind}")["status"], "interrupted")
+            self.firn("resume", f"a{kind}")
+            self.assertTrue(self.manifest(f"a{kind}")["movie"])
 
 
 class SameBits(ProgramTest):

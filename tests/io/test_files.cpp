@@ -2,6 +2,7 @@
 // Whole files: atomic writes, manifests, metrics.
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -41,6 +42,8 @@ class FullDisk {
   void (*old_signal_)(int);
 };
 
+std::string hash_of(const std::string& text) { return hex(hash_bytes(text.data(), text.size())); }
+
 Manifest example() {
   Manifest m;
   m.status = "complete";
@@ -51,6 +54,9 @@ Manifest example() {
   m.first = 2;
   m.last = 5;
   m.scene = "[camera]\nfov = 35\n";
+  m.scene_hash = hash_of(m.scene);
+  m.inputs = {{"/srv/hill.asc", "00aa"}};
+  m.movie_hash = "0011";
   FrameRecord frame;
   frame.frame = 2;
   frame.simulate_seconds = 0.1;
@@ -112,6 +118,8 @@ TEST_CASE("A manifest reads back to what was written, to the last bit of its num
   CHECK(in.first == 2);
   CHECK(in.last == 5);
   CHECK(in.scene == out.scene);
+  CHECK(in.inputs == out.inputs);
+  CHECK(in.movie_hash == out.movie_hash);
   REQUIRE(in.frames.size() == 1);
   CHECK(in.frames[0].simulate_seconds == 0.1);
   CHECK(in.frames[0].rays == 1ull << 40);
@@ -129,6 +137,8 @@ TEST_CASE("A manifest of a version that measured less reads: what it lacks is 0"
   write_manifest(scratch / "run.json", example());
   auto json = nlohmann::json::parse(read_file(scratch / "run.json"));
   REQUIRE(json["frames"][0].erase("medium_mass_kg") == 1);
+  REQUIRE(json.erase("inputs") == 1);
+  REQUIRE(json.erase("movie_hash") == 1);
   write_file(scratch / "run.json", json.dump());
   const Manifest in = read_manifest(scratch / "run.json");
   CHECK(in.frames.at(0).medium_mass == 0);
@@ -145,28 +155,86 @@ TEST_CASE("A manifest that is cut short or lacks a field is an io Error") {
   CHECK_THROWS_WITH(read_manifest(scratch / "run.json"), contains("status"));
 }
 
-TEST_CASE("metrics.csv keeps the rows before the frame that a run resumes at and drops the others") {
+TEST_CASE("A manifest whose frames are no frames of its run, or whose scene was changed, is an io Error") {
+  Scratch scratch;
+  const auto reads = [&](const auto& change) {
+    Manifest manifest = example();
+    change(manifest);
+    write_manifest(scratch / "run.json", manifest);
+    try {
+      read_manifest(scratch / "run.json");
+      return true;
+    } catch (const Error& error) {
+      CHECK(error.code() == ExitCode::io);
+      CHECK_THAT(error.what(), contains("damaged manifest"));
+      return false;
+    }
+  };
+  CHECK(reads([](Manifest&) {}));
+  CHECK(reads([](Manifest& m) { m.frames.push_back(m.frames[0]), m.frames[1].frame = 5; }));
+  CHECK_FALSE(reads([](Manifest& m) { m.frames.push_back(m.frames[0]); }));
+  CHECK_FALSE(reads([](Manifest& m) { m.frames[0].frame = 1; }));
+  CHECK_FALSE(reads([](Manifest& m) { m.frames[0].frame = 6; }));
+  CHECK_FALSE(reads([](Manifest& m) { m.first = -1; }));
+  CHECK_FALSE(reads([](Manifest& m) { m.first = 6; }));
+  CHECK_FALSE(reads([](Manifest& m) { m.last = 2147483647; }));
+  CHECK_FALSE(reads([](Manifest& m) { m.scene += " "; }));
+}
+
+TEST_CASE("The record of a frame goes through one line of JSON unchanged, and nothing else is one") {
+  const FrameRecord out = example().frames[0];
+  const std::string line = encode_record(out);
+  CHECK(line.find('\n') == std::string::npos);
+  const FrameRecord in = decode_record(line, "x");
+  CHECK(encode_record(in) == line);
+  CHECK(in.metrics.momentum == out.metrics.momentum);
+  CHECK_THROWS_WITH(decode_record(line.substr(1), "x.json"), contains("x.json"));
+  CHECK_THROWS_AS(decode_record("[1, 2]", "x"), Error);
+}
+
+TEST_CASE("Pipes and devices are not read, and no read of one waits") {
+  Scratch scratch;
+  REQUIRE(::mkfifo((scratch / "pipe").c_str(), 0600) == 0);
+  CHECK_THROWS_WITH(read_file(scratch / "pipe"), contains("pipe"));
+  CHECK_THROWS_WITH(read_file("/dev/zero"), contains("device"));
+  CHECK_THROWS_AS(read_file("/dev/null"), Error);
+}
+
+TEST_CASE("metrics.csv has a row a frame: those of the manifest first, whatever the file was") {
   Scratch scratch;
   Metrics metrics;
-  metrics.bounds.include(Vec3::Zero());
+  metrics.bounds.include(Vec3(0.1, -1e-300, 1.0 / 3));
   metrics.step.cause = "elastic wave, 145 m/s";
+  std::vector<FrameRecord> records;
   {
-    MetricsCsv csv(scratch / "metrics.csv", 0);
-    for (int frame = 0; frame < 5; ++frame) csv.add(frame, metrics);
+    MetricsCsv csv(scratch / "metrics.csv");
+    for (int frame = 0; frame < 5; ++frame) {
+      metrics.time = frame / 24.;
+      csv.add(frame, metrics);
+      records.emplace_back().frame = frame;
+      records.back().metrics = metrics;
+    }
     CHECK_THAT(read_file(scratch / "metrics.csv"), contains("\n4,"));  // on disk before it is closed
   }
-  MetricsCsv csv(scratch / "metrics.csv", 3);
-  csv.add(3, metrics);
-  std::istringstream in(read_file(scratch / "metrics.csv"));
+  const std::string whole = read_file(scratch / "metrics.csv");
+  const auto commas = [](const std::string& line) { return std::count(line.begin(), line.end(), ','); };
+  std::istringstream in(whole);
   std::string header, row;
   std::getline(in, header);
-  const auto commas = [](const std::string& line) { return std::count(line.begin(), line.end(), ','); };
-  for (int frame = 0; frame < 4; ++frame) {
+  for (int frame = 0; frame < 5; ++frame) {
     REQUIRE(std::getline(in, row));
     CHECK(std::stoi(row) == frame);
     CHECK(commas(row) == commas(header) + 1);  // one comma stands inside the quoted cause
   }
-  CHECK_FALSE(std::getline(in, row));
+  for (const std::string& damaged :
+       {std::string(), whole.substr(0, whole.size() - 9), "frame\nrubbish\n" + whole, whole + row}) {
+    write_file(scratch / "metrics.csv", damaged);
+    MetricsCsv csv(scratch / "metrics.csv");
+    csv.replace({records.begin(), records.begin() + 3});
+    csv.add(3, records[3].metrics);
+    csv.add(4, records[4].metrics);
+    CHECK(read_file(scratch / "metrics.csv") == whole);
+  }
 }
 
 TEST_CASE("metrics.csv names the colliders whose forces it tells, and the plastic work") {
@@ -174,7 +242,7 @@ TEST_CASE("metrics.csv names the colliders whose forces it tells, and the plasti
   Metrics metrics;
   metrics.plastic_work = 2.5;
   metrics.contacts = {{"ground", Vec3(1, -2, 0.5)}, {"plate, \"left\"", Vec3(0, 4, 0)}};
-  MetricsCsv(scratch / "metrics.csv", 0).add(0, metrics);
+  MetricsCsv(scratch / "metrics.csv").add(0, metrics);
   const std::string text = read_file(scratch / "metrics.csv");
   CHECK_THAT(text, contains(",plastic_work_J,"));
   CHECK_THAT(text, contains(",dt_cause,force_x_N[ground],force_y_N[ground],force_z_N[ground],"
@@ -186,6 +254,7 @@ TEST_CASE("metrics.csv names the colliders whose forces it tells, and the plasti
 TEST_CASE("the manifest keeps the forces of the colliders") {
   Scratch scratch;
   Manifest manifest;
+  manifest.scene_hash = hash_of("");
   manifest.frames.resize(1);
   manifest.frames[0].metrics.contacts = {{"ground", Vec3(1, -2, 0.5)}};
   manifest.frames[0].metrics.plastic_work = 0.25;

@@ -151,3 +151,22 @@ TEST_CASE("One stop of exposure doubles the radiance") {
   for (float& value : twice.rgb) value *= 2;
   CHECK(develop(film, {1}).rgb == develop(twice, {}).rgb);
 }
+
+TEST_CASE("A header that promises more pixels than an integer counts is refused") {
+  Scratch scratch;
+  const std::string pixels(12, '\0');
+  for (const std::string size : {"2147483647 2147483647", "1 2147483647", "2147483647 1",
+                                 "1073741824 1431655765", "-1 -1", "1 0", "1 4611686018427387905"}) {
+    write_file(scratch / "x.pfm", "PF\n" + size + "\n-1.0\n" + pixels);
+    INFO(size);
+    CHECK_THROWS_AS(read_pfm(scratch / "x.pfm"), Error);
+    write_file(scratch / "x.ppm", "P6\n" + size + "\n255\n" + pixels);
+    CHECK_THROWS_AS(read_ppm(scratch / "x.ppm"), Error);
+  }
+  write_file(scratch / "x.pfm", "PF\n1 1\n-1.0\n" + pixels);
+  CHECK(read_pfm(scratch / "x.pfm").width == 1);
+  for (const std::string cut : {"PF", "PF\n1 1\n-1.0", "PF\n1 1\n-1.0\n"}) {
+    write_file(scratch / "x.pfm", cut);
+    CHECK_THROWS_AS(read_pfm(scratch / "x.pfm"), Error);
+  }
+}

@@ -2,8 +2,12 @@
 // Movies: the WebP decodes to the frames at their times; the ffmpeg command is what a shell would run.
 #include <webp/demux.h>
 
+#include <atomic>
+#include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
+#include <thread>
 
 #include "src/core/error.h"
 #include "src/io/file.h"
@@ -41,6 +45,20 @@ double mean_difference(const std::uint8_t* rgba, const Image8& image) {
   for (std::size_t i = 0; i < image.rgb.size(); ++i) sum += std::abs(rgba[i / 3 * 4 + i % 3] - image.rgb[i]);
   return sum / static_cast<double>(image.rgb.size());
 }
+
+// A shell script of this text is the only `ffmpeg` on the PATH while it lives.
+class FakeFfmpeg {
+ public:
+  FakeFfmpeg(const Scratch& scratch, const std::string& text) {
+    write_file(scratch / "ffmpeg", "#!/bin/sh\n" + text);
+    std::filesystem::permissions(scratch / "ffmpeg", std::filesystem::perms::owner_all);
+    ::setenv("PATH", (scratch.path().string() + ":" + old_).c_str(), 1);
+  }
+  ~FakeFfmpeg() { ::setenv("PATH", old_.c_str(), 1); }
+
+ private:
+  const std::string old_ = std::getenv("PATH");
+};
 
 }  // namespace
 
@@ -91,16 +109,38 @@ TEST_CASE("The ffmpeg command starts at the first frame, and its line is safe to
   CHECK_THAT(shell_line(words), contains("-i 'out/it'\\''s here/frames/%04d.png'"));
 }
 
-TEST_CASE("A failing ffmpeg is an error with the last thing it said, and leaves no file") {
+TEST_CASE(
+    "A failing ffmpeg is an error with the last thing it said, without control characters, and leaves no "
+    "file") {
   Scratch scratch;
-  const auto program = scratch / "ffmpeg";
-  write_file(program, "#!/bin/sh\necho first >&2\necho 'no such codec' >&2\nexit 1\n");
-  std::filesystem::permissions(program, std::filesystem::perms::owner_all);
-  const std::string old = std::getenv("PATH");
-  ::setenv("PATH", (scratch.path().string() + ":" + old).c_str(), 1);
-  CHECK(find_program("ffmpeg") == program);
-  CHECK_THROWS_WITH(make_mp4(write_frames(scratch, 0, 1)),
-                    contains("movie.mp4") && contains("no such codec"));
-  ::setenv("PATH", old.c_str(), 1);
+  const FakeFfmpeg fake(scratch, "echo first >&2\nprintf 'no \\033[31msuch\\007 codec\\n' >&2\nexit 1\n");
+  CHECK(find_program("ffmpeg") == scratch / "ffmpeg");
+  const std::atomic<bool> stop{false};
+  CHECK_THROWS_WITH(make_mp4(write_frames(scratch, 0, 1), stop),
+                    contains("movie.mp4") && contains("no [31msuch codec"));
   CHECK_FALSE(std::filesystem::exists(scratch / "movie.mp4"));
+}
+
+TEST_CASE(
+    "An ffmpeg that is at work when the run is interrupted is ended at once, deaf or not, and leaves no "
+    "file") {
+  const std::string trap = GENERATE("", "trap '' TERM\n");
+  Scratch scratch;
+  const FakeFfmpeg fake(scratch, trap + "for word; do last=$word; done\necho half >\"$last\"\nsleep 30\n");
+  std::atomic<bool> stop{false};
+  std::thread interrupt([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    stop = true;
+  });
+  const auto begin = std::chrono::steady_clock::now();
+  try {
+    make_mp4(write_frames(scratch, 0, 1), stop);
+    FAIL_CHECK("a movie was made");
+  } catch (const Error& error) {
+    CHECK(error.code() == ExitCode::interrupted);
+  }
+  interrupt.join();
+  CHECK(std::chrono::steady_clock::now() - begin < std::chrono::seconds(15));
+  CHECK_FALSE(std::filesystem::exists(scratch / "movie.mp4"));
+  CHECK_FALSE(std::filesystem::exists(scratch / "movie.part.mp4"));
 }

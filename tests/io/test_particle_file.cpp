@@ -38,6 +38,14 @@ bool same(Snapshot a, Snapshot b) {
   return encode_snapshot(a) == encode_snapshot(b);
 }
 
+// A frame that was simulated, but not written.
+PendingFrame pending(int frame) {
+  FrameRecord record;
+  record.frame = frame;
+  record.simulate_seconds = 0.1 * frame;
+  return {record, random_snapshot(10, frame)};
+}
+
 }  // namespace
 
 TEST_CASE("A particle file reads back bit for bit") {
@@ -66,21 +74,42 @@ TEST_CASE("A particle file with any byte changed, or of any other length, is an 
 
 TEST_CASE("A checkpoint comes back with its state and its pending frames") {
   Scratch scratch;
-  Checkpoint out{
-      42, 7, 1ull << 50, {random_snapshot(10, 6), random_snapshot(10, 7)}, std::string("sta\0te", 6)};
+  Checkpoint out{42, 7, 1ull << 50, {pending(6), pending(7)}, std::string("sta\0te", 6)};
   write_checkpoint(scratch / "c", out);
   const Checkpoint in = read_checkpoint(scratch / "c", 42);
   CHECK(in.frame == 7);
   CHECK(in.particle_steps == 1ull << 50);
   CHECK(in.state == out.state);
   REQUIRE(in.pending.size() == 2);
-  CHECK(same(in.pending[0], out.pending[0]));
-  CHECK(same(in.pending[1], out.pending[1]));
+  for (int i = 0; i < 2; ++i) {
+    CHECK(same(in.pending[i].snow, out.pending[i].snow));
+    CHECK(encode_record(in.pending[i].record) == encode_record(out.pending[i].record));
+  }
+}
+
+TEST_CASE("A checkpoint whose pending frames do not ascend, come twice or are ahead of it is an io Error") {
+  Scratch scratch;
+  const auto reads = [&](std::vector<PendingFrame> frames) {
+    write_checkpoint(scratch / "c", {42, 7, 9, std::move(frames), "state"});
+    try {
+      return read_checkpoint(scratch / "c", 42).frame == 7;
+    } catch (const Error& error) {
+      CHECK_THAT(error.what(), contains("pending frames"));
+      return false;
+    }
+  };
+  CHECK(reads({}));
+  CHECK(reads({pending(5), pending(7)}));
+  CHECK_FALSE(reads({pending(7), pending(7)}));
+  CHECK_FALSE(reads({pending(7), pending(6)}));
+  CHECK_FALSE(reads({pending(8)}));
+  CHECK_FALSE(reads({pending(-1)}));
+  CHECK_FALSE(reads({{pending(6).record, pending(7).snow}}));
 }
 
 TEST_CASE("A checkpoint of another scene, a damaged or a cut one is an io Error") {
   Scratch scratch;
-  write_checkpoint(scratch / "c", {42, 7, 9, {random_snapshot(10, 7)}, "state"});
+  write_checkpoint(scratch / "c", {42, 7, 9, {pending(7)}, "state"});
   CHECK_THROWS_WITH(read_checkpoint(scratch / "c", 43), contains("another scene"));
   const std::string whole = read_file(scratch / "c");
   for (const std::size_t length : {std::size_t{0}, std::size_t{4}, std::size_t{9}, whole.size() - 1}) {

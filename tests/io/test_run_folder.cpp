@@ -2,6 +2,11 @@
 // Who may write where: no run is overwritten unasked, a run that never began leaves nothing.
 #include <unistd.h>
 
+#include <algorithm>
+#include <chrono>
+#include <string>
+#include <vector>
+
 #include "src/core/error.h"
 #include "src/io/file.h"
 #include "src/io/run_folder.h"
@@ -26,6 +31,14 @@ void make_run(const std::string& path) {
   folder.begin();
   write_file(folder.manifest(), "{}");
   write_file(folder.frame(0, "png"), "picture");
+  folder.keep();
+}
+
+std::vector<std::string> entries_of(const std::string& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder)) names.push_back(entry.path().filename().string());
+  std::sort(names.begin(), names.end());
+  return names;
 }
 
 ExitCode refusal(const std::string& path, bool overwrite, const std::string& message) {
@@ -45,6 +58,7 @@ TEST_CASE("Without --out every run gets a free folder of its own") {
   for (const std::string name : {"out/ball", "out/ball-2", "out/ball-3"}) {
     RunFolder folder = RunFolder::take("ball", std::nullopt, false);
     folder.begin();
+    folder.keep();
     CHECK(folder.path() == name);
     CHECK(fs::is_directory(folder.frames()));
   }
@@ -102,4 +116,80 @@ TEST_CASE("A run that is never begun gives its folder back, with the parents it 
 TEST_CASE("Opening a folder without a run is an io Error") {
   Inside inside;
   CHECK_THROWS_WITH(RunFolder::open("nothing"), contains("nothing") && contains("run.json"));
+}
+
+TEST_CASE("A run that ends before it has a manifest leaves nothing, and nothing of others is taken") {
+  Inside inside;
+  fs::create_directory("there");
+  write_file("there/notes.txt", "mine");
+  for (const std::string path : {"there", "new/a"}) {
+    RunFolder folder = RunFolder::take("x", path, false);
+    folder.begin();
+    write_file(folder.scene(), "[camera]");
+    write_file(folder.frame(0, "png"), "picture");
+  }
+  CHECK_FALSE(fs::exists("new"));
+  CHECK(entries_of("there") == std::vector<std::string>{"notes.txt"});
+}
+
+TEST_CASE("Only one writer is in a run folder, and the refusal names it") {
+  Inside inside;
+  make_run("a");
+  RunFolder first = RunFolder::open("a"), second = RunFolder::open("a");
+  first.lock();
+  first.lock();  // has it already
+  CHECK_THROWS_WITH(second.lock(),
+                    contains("process " + std::to_string(::getpid())) && contains("written by"));
+  CHECK_THROWS_AS(RunFolder::take("x", "a", true).begin(), Error);
+  CHECK(fs::exists("a/frames/0000.png"));
+  { const RunFolder done = std::move(first); }
+  CHECK_FALSE(fs::exists("a/lock"));
+  second.lock();
+}
+
+TEST_CASE("The claim of another machine counts until it is two minutes old") {
+  Inside inside;
+  make_run("a");
+  write_file("a/lock", "elsewhere 1234\n");
+  CHECK_THROWS_WITH(RunFolder::open("a").lock(),
+                    contains("process 1234 on elsewhere") && contains("try again in"));
+  fs::last_write_time("a/lock", fs::file_time_type::clock::now() - std::chrono::seconds(125));
+  RunFolder folder = RunFolder::open("a");
+  folder.lock();
+  CHECK_THROWS_WITH(RunFolder::open("a").lock(), contains("process " + std::to_string(::getpid())));
+}
+
+TEST_CASE("A claim of this machine whose process is gone does not count") {
+  Inside inside;
+  make_run("a");
+  char host[256] = {};
+  REQUIRE(::gethostname(host, sizeof host - 1) == 0);
+  write_file("a/lock", std::string(host) + " 1\n");
+  RunFolder folder = RunFolder::open("a");
+  folder.lock();
+}
+
+TEST_CASE("A session sweeps up what a killed one did not finish") {
+  Inside inside;
+  make_run("a");
+  for (const std::string name : {"a/run.json.part", "a/frames/0003.png.part", "a/movie.part.mp4"})
+    write_file(name, "half");
+  write_file("a/notes.part.txt", "mine");
+  RunFolder folder = RunFolder::open("a");
+  folder.begin();
+  CHECK(entries_of("a/frames") == std::vector<std::string>{"0000.png"});
+  CHECK_FALSE(fs::exists("a/run.json.part"));
+  CHECK_FALSE(fs::exists("a/movie.part.mp4"));
+  CHECK(fs::exists("a/notes.part.txt"));
+}
+
+TEST_CASE("Saved checkpoints are found by their frames, the latest first") {
+  Inside inside;
+  make_run("a");
+  RunFolder folder = RunFolder::open("a");
+  CHECK(folder.saved_checkpoints().empty());
+  for (const int frame : {7, 12, 100000, 0}) write_file(folder.checkpoint(frame), "x");
+  for (const std::string name : {"latest.checkpoint", "12.checkpoint", "0003.txt"})
+    write_file(folder.checkpoints() / name, "x");
+  CHECK(folder.saved_checkpoints() == std::vector<int>{100000, 12, 7, 0});
 }

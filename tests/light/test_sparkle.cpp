@@ -16,7 +16,6 @@
 #include "tests/light/pictures.h"
 
 namespace firn::test::sparkle {
-using firn::test::Curve;
 
 namespace {
 

@@ -13,7 +13,6 @@
 #include "tests/scene/refuses.h"
 
 namespace firn::test::emit {
-using firn::test::read;
 
 namespace {
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Every mistake in a scene ends in one line that says where and what.
+#include "src/scene/name.h"
 #include "tests/catch.h"
 #include "tests/scene/read_text.h"
 #include "tests/scene/refuses.h"
 #include "tests/scene/temporary_folder.h"
 
 namespace firn::test::error {
-using firn::test::kBall;
 
 namespace {
 
@@ -225,13 +225,63 @@ TEST_CASE("missing and damaged files are named together with the place that asks
   CHECK_REFUSES(build_simulation(read_scene(folder.path("a.toml"), {})),
                 "a.toml:3:1: " + folder.path("bunny.obj") + ": the mesh is not closed");
   const test::Refusal none = test::refusal([&] { read_scene(folder.path("none.toml"), {}); });
-  CHECK(none.line == folder.path("none.toml") + ": cannot read this scene file");
+  CHECK(none.line == folder.path("none.toml") + ": cannot read: No such file or directory");
   CHECK(none.code == ExitCode::io);
 }
 
 TEST_CASE("a syntax error is placed") {
   CHECK_REFUSES(test::read("[camera]\nfov = = 3"), "scene.toml:2:7: ");
   CHECK_REFUSES(test::read(kBall + "[time]\n[time]\n"), "scene.toml:6:1: ");
+}
+
+TEST_CASE("what other programs call otherwise is understood well enough to be told") {
+  CHECK_REFUSES(test::read(ball_with("\"ball\"", "\"sphere\"")), "did you mean 'ball'?");
+  CHECK_REFUSES(test::read(ball_with("\"ball\"", "\"Cube\"")), "did you mean 'box'?");
+  CHECK_REFUSES(test::read(ball_with("\"ball\"", "\"terrain\"")), "did you mean 'height_field'?");
+  CHECK_REFUSES(test::read(ball_with("center", "position")), "did you mean 'center'?");
+  CHECK_REFUSES(test::read(kBall + "[camera]\nlookat = [0, 0, 0]"), "did you mean 'target'?");
+  CHECK_REFUSES(test::read(kBall + "[camera]\nfrom = [0, 0, 0]"), "did you mean 'position'?");
+  CHECK_REFUSES(test::read(kBall + "[image]\nspp = 4"), "did you mean 'samples'?");
+  CHECK_REFUSES(test::read(kBall + "rho = 400"), "did you mean 'density'?");
+  CHECK_REFUSES(test::read(kBall + std::string(10'000, 'x') + " = 400"), "unknown key");
+}
+
+TEST_CASE("numbers that single precision cannot calculate with are refused where they stand, zero is not") {
+  for (const char* number :
+       {"1e300", "-1e300", "1e-300", "-1e-300", "1e39", "2e15", "1e-39", "5e-324", "9007199254740993000"}) {
+    INFO(number);
+    CHECK_REFUSES(test::read(kBall + "velocity = [0, " + number + ", 0]"), "scene.toml:5:");
+    CHECK_REFUSES(test::read(kBall + "velocity = [0, " + number + ", 0]"), "single precision");
+    CHECK_REFUSES(test::read(kBall + "[simulation]\ngravity = [0, " + number + ", 0]"), "scene.toml:6:");
+    CHECK_REFUSES(test::read(kBall + "density = " + number), "'density'");
+    CHECK_REFUSES(test::read(kBall, {{"snow.density", number}}), "--set snow.density");
+  }
+  CHECK(test::read(kBall + "velocity = [0, 0.0, -0.0]").snow[0].velocity.norm() == 0);
+  CHECK(test::read(kBall + "velocity = [1e-15, 1e15, 0]").snow[0].velocity[1] == 1e15);
+}
+
+TEST_CASE("names are words of any script, and only UTF-8 gets into a scene's name from its file's") {
+  CHECK(test::read(kBall + "name = \"Schneeb\u00E4lle\"").snow[0].name == "Schneeb\xC3\xA4lle");
+  CHECK(test::read(kBall + "name = \"\u96EA_2\"", {{"snow.\xE9\x9B\xAA_2.radius", "0.3"}})
+            .snow[0]
+            .shape.radius == 0.3);
+  for (const char* name : {"a b", "a/b", "a.b", "..", "a\\tb"}) {
+    INFO(name);
+    CHECK_REFUSES(test::read(kBall + "name = \"" + name + "\""), "cannot be a name");
+  }
+  CHECK(name_from_file("out/sch\xC3\xB6ner schnee.resolved.toml") == "sch\xC3\xB6ner_schnee");
+  CHECK(name_from_file("sch\xF6n.toml") == "sch_n");
+  CHECK(name_from_file(".toml") == "scene");
+}
+
+TEST_CASE("UTF-8 is told from what is none") {
+  for (const char* text :
+       {"", "a", "\xC3\xA4", "\xE9\x9B\xAA", "\xF0\x9F\x8F\x82", "\xEF\xBF\xBF", "\xF4\x8F\xBF\xBF"})
+    CHECK(is_utf8(text));
+  for (const char* text :
+       {"\x80", "\xC3", "\xC0\x80", "\xC1\xBF", "\xE0\x9F\xBF", "\xED\xA0\x80", "\xF0\x8F\xBF\xBF",
+        "\xF4\x90\x80\x80", "\xF5\x80\x80\x80", "\xE9\x9B", "\xE9\x9B\x41", "\xFF"})
+    CHECK_FALSE(is_utf8(text));
 }
 
 }  // namespace firn::test::error

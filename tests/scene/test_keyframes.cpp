@@ -8,8 +8,6 @@
 #include "tests/scene/refuses.h"
 
 namespace firn::test::keyframes {
-using firn::test::kBall;
-using firn::test::read;
 
 namespace {
 

@@ -5,8 +5,6 @@
 #include "tests/scene/refuses.h"
 
 namespace firn::test::override {
-using firn::test::kBall;
-using firn::test::read;
 
 namespace {
 

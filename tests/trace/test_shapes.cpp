@@ -14,7 +14,6 @@
 #include "tests/trace/ray_cases.h"
 
 namespace firn::test::shapes {
-using firn::test::best_trace;
 
 namespace {
 

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+// What is on the disk against the hashes that a run's manifest has of it. Whole files are read.
+#pragma once
+#include <filesystem>
+#include <string>
+
+#include "src/io/manifest.h"
+#include "src/io/run_folder.h"
+#include "src/scene/scene.h"
+
+namespace firn {
+
+// "" if the file's bytes have this hash, else one line: it is missing, or it is not what the run wrote.
+std::string fault_of(const std::filesystem::path& file, const std::string& hash);
+
+struct Unfinished {
+  int frame;        // the first without a record, or with a file at fault
+  std::string why;  // the file's fault; empty if there is no record
+};
+// Of a run without pictures those that `firn render` added are not looked at.
+Unfinished first_unfinished(const RunFolder& folder, const Manifest& manifest);
+
+// Whether the record says that there are pictures of the frame, and all are as it says.
+bool has_pictures(const RunFolder& folder, const Manifest& manifest, int frame);
+
+// Errors: io Error for a file of the scene that is not what it was when the run began.
+void require_inputs(const Manifest& manifest, const SceneConfig& scene);
+
+// Errors: usage Error if somebody changed the run's own copy of its scene.
+void require_scene(const RunFolder& folder, const Manifest& manifest);
+
+}  // namespace firn
