@@ -206,12 +206,10 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
 }
 
 // "firn help run" is "firn run --help".
-std::vector<std::string> without_help_command(std::vector<std::string> words) {
+std::vector<std::string> without_help_command(const std::vector<std::string>& words) {
   if (words.empty() || words.front() != "help") return words;
-  words.erase(words.begin());
-  words.resize(std::min<std::size_t>(words.size(), 1));
-  words.push_back("--help");
-  return words;
+  if (words.size() == 1) return {"--help"};
+  return {words[1], "--help"};
 }
 
 }  // namespace

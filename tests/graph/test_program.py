@@ -460,7 +460,7 @@ class Words(ProgramTest):
             self.assertIn(meant, self.refusal(*words), words)
 
     def test_a_seed_out_of_range_names_the_range(self):
-        for seed in ("-1", "9223372036854775808", "1e3", "0x10", "seven", "1 2", "+1", ""):
+        for seed in ("-1", "9223372036854775808", "1e3", "0x10", "seven", "1 2", "+1"):
             for words in (["--seed", seed], [f"--seed={seed}"]):
                 self.assertIn("0 to 9223372036854775807", self.refusal("check", self.scene, *words), seed)
 
