@@ -8,10 +8,11 @@
 #include <optional>
 
 #include "src/core/error.h"
-#include "src/core/parallel.h"
+#include "src/core/memory.h"
 #include "src/core/rng.h"
 #include "src/scene/clumps.h"
 #include "src/scene/emit.h"
+#include "src/scene/overlaps.h"
 #include "src/scene/place_shape.h"
 #include "src/scene/scene.h"
 #include "src/scene/validate.h"
@@ -21,6 +22,9 @@ namespace {
 
 // Streams of their own among the random numbers.
 constexpr std::uint64_t kJitterKey = 0x717, kClumpKey = 0xc1;
+
+// What a particle of compact snow takes at the least: its columns, its share of the grid, three snapshots.
+constexpr double kBytesPerParticle = 270, kGibibyte = 1 << 30;
 
 std::string snow_table(std::size_t index) { return "snow[" + std::to_string(index) + "]"; }
 
@@ -58,55 +62,6 @@ PlacedSnow place(const SceneConfig& scene, std::size_t index, const std::vector<
                                  hash_keys(scene.simulation.seed, kClumpKey, index));
   }
   return snow;
-}
-
-// Particles of `snow` that lie deeper than `depth` (m) inside any of the shapes.
-std::size_t count_inside(const PlacedSnow& snow, const std::vector<Shape>& shapes, double depth) {
-  Bounds all;
-  std::vector<Bounds> bounds;
-  for (const Shape& shape : shapes) {
-    bounds.push_back(world_bounds(shape));
-    all.include(bounds.back());
-  }
-  const auto holds = [](const Bounds& b, const Vec3& p) {
-    return (p.array() >= b.min.array()).all() && (p.array() <= b.max.array()).all();
-  };
-  std::vector<unsigned char> inside(snow.position.size());
-  parallel_for(inside.size(), 1024, [&](std::size_t i) {
-    const Vec3& p = snow.position[i];
-    if (!holds(all, p)) return;
-    for (std::size_t s = 0; s < shapes.size() && !inside[i]; ++s) {
-      inside[i] = holds(bounds[s], p) && signed_distance(shapes[s], p) < -depth;
-    }
-  });
-  return static_cast<std::size_t>(std::count(inside.begin(), inside.end(), 1));
-}
-
-void refuse_overlap(const SceneConfig& scene, std::size_t index, std::size_t count,
-                    const std::string& other) {
-  if (count == 0 || scene.snow[index].allow_overlap) return;
-  throw Error(ExitCode::usage, place_of(scene, snow_table(index), "center"),
-              "snow '" + scene.snow[index].name + "' starts inside " + other + " (" + std::to_string(count) +
-                  " particles); move it, or set allow_overlap = true");
-}
-
-Shape at_start(const Collider& collider) {
-  return {collider.shape.form, collider.motion.pose(collider.shape.pose, 0)};
-}
-
-void check_overlaps(const SceneConfig& scene, const SimulationSetup& setup,
-                    const std::vector<std::vector<Shape>>& shapes, const std::vector<double>& spacing) {
-  for (std::size_t i = 0; i < setup.snow.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      if (scene.snow[j].allow_overlap) continue;
-      refuse_overlap(scene, i, count_inside(setup.snow[i], shapes[j], 0.5 * spacing[i]),
-                     "snow '" + scene.snow[j].name + "'");
-    }
-    for (const Collider& collider : setup.colliders) {
-      refuse_overlap(scene, i, count_inside(setup.snow[i], {at_start(collider)}, 0.5 * spacing[i]),
-                     collider.name == "ground" ? "the ground" : "collider '" + collider.name + "'");
-    }
-  }
 }
 
 void place_colliders(const SceneConfig& scene, SimulationSetup& setup) {
@@ -159,6 +114,25 @@ void check_fixed_dt(const SceneConfig& scene, double dx) {
               text + name + "'; leave it to dt = \"auto\", or insist with --force");
 }
 
+// Before any is placed: a scene that is far too fine would take all memory, and for ever.
+void check_count(const SceneConfig& scene, const std::vector<std::vector<Shape>>& shapes,
+                 const std::vector<double>& spacing, double dx) {
+  double count = 0;
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    for (const Shape& shape : shapes[i]) count += *volume(shape) / std::pow(spacing[i], 3);
+  }
+  const double needed = count * kBytesPerParticle, there = static_cast<double>(machine_memory());
+  if (needed <= there) return;
+  char text[240];
+  std::snprintf(text, sizeof text,
+                "dx = %.3g m makes about %.3g particles, which need some %.3g GiB; this machine has %.3g "
+                "GiB: take a larger dx, or fewer "
+                "particles across",
+                dx, count, needed / kGibibyte, there / kGibibyte);
+  throw Error(ExitCode::usage, place_of(scene, "simulation", scene.simulation.dx ? "dx" : "particles_across"),
+              text);
+}
+
 }  // namespace
 
 double grid_spacing(const SceneConfig& scene) {
@@ -186,9 +160,11 @@ SimulationSetup build_simulation(const SceneConfig& scene, bool force) {
   for (std::size_t i = 0; i < scene.snow.size(); ++i) {
     shapes.push_back(place_snow(scene, i, 2 * setup.dx));
     spacing.push_back(particle_spacing(setup.dx, scene.snow[i].particles_per_cell));
-    setup.snow.push_back(place(scene, i, shapes.back(), spacing.back()));
   }
-  check_overlaps(scene, setup, shapes, spacing);
+  check_count(scene, shapes, spacing, setup.dx);
+  for (std::size_t i = 0; i < scene.snow.size(); ++i)
+    setup.snow.push_back(place(scene, i, shapes[i], spacing[i]));
+  settle_overlaps(scene, setup, shapes, spacing);
   check_domain(scene, setup);
   return setup;
 }

@@ -47,6 +47,7 @@ struct SnowConfig {
   double looseness = 0;         // along the borders of clumps: Jp starts at 1 + looseness there
   double clump_size = 0.03;     // m
   bool allow_overlap = false;   // with other snow and with colliders at the start
+  bool trim = false;            // starts without what would lie inside them
   double grain_radius = 1e-4;   // m, optical
   double scattering_depth = 1;  // times the mean free path
   double tint = 1;              // times the ice that light crosses

@@ -217,6 +217,9 @@ TableSpec snow_table() {
         {.unit = "m", .range = above(0), .meaning = "mean distance of clumps"});
   t.key("allow_overlap", &SnowConfig::allow_overlap,
         {.meaning = "start inside other snow or a collider without an error"});
+  t.key("trim", &SnowConfig::trim,
+        {.meaning = "start without what lies inside colliders and other snow; of two that are trimmed the "
+                    "earlier keeps it"});
   add_look_keys(t);
   return t.take();
 }

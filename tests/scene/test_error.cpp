@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Every mistake in a scene ends in one line that says where and what.
+#include "src/scene/emit.h"
 #include "src/scene/name.h"
 #include "tests/catch.h"
 #include "tests/scene/read_text.h"
@@ -197,6 +198,96 @@ TEST_CASE("snow that starts inside other snow or a solid is refused, naming both
                 "scene.toml:3:1: snow 'snow0' starts inside collider 'stone' (");
   const std::string allow = "allow_overlap = true\n";
   CHECK_NOTHROW(build_simulation(test::read(kBall + allow + ground + other + allow + stone)));
+}
+
+TEST_CASE("all overlaps are told at once, the first eight by name, whichever axis the bodies stand along") {
+  const auto row = [](int count, int axis) {
+    std::string text;
+    for (int i = 0; i < count; ++i) {
+      Vec3 center(0.3, 1, -0.2);
+      center[axis] += 0.15 * (i * 7 % count);  // not in order
+      text += "[[snow]]\nshape = \"ball\"\nradius = 0.1\ncenter = [" + std::to_string(center[0]) + ", " +
+              std::to_string(center[1]) + ", " + std::to_string(center[2]) + "]\n";
+    }
+    return text + "[simulation]\ndx = 0.04\n";
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::string three = test::refusal([&] { build_simulation(test::read(row(3, axis))); }).line;
+    INFO(three);
+    CHECK(three.find("snow 'snow1' starts inside snow 'snow0' (") != std::string::npos);
+    CHECK(three.find("snow 'snow2' starts inside snow 'snow0' (") == std::string::npos);
+    CHECK(three.find("snow 'snow2' starts inside snow 'snow1' (") != std::string::npos);
+    CHECK(three.find("more") == std::string::npos);
+    const std::string many = test::refusal([&] { build_simulation(test::read(row(20, axis))); }).line;
+    INFO(many);
+    CHECK(many.find(", and 11 more; move it") != std::string::npos);
+  }
+}
+
+TEST_CASE(
+    "trimmed snow starts without what lies inside colliders and other snow, and each place is filled once") {
+  const std::string body =
+      "[[snow]]\nname = \"body\"\nshape = \"ball\"\nradius = 0.2\ncenter = [0, 0.15, 0]\n";
+  const std::string head =
+      "[[snow]]\nname = \"head\"\nshape = \"ball\"\nradius = 0.12\ncenter = [0, 0.4, 0]\n";
+  const std::string rest = "[ground]\n[simulation]\ndx = 0.02\n", trimmed = "trim = true\n";
+  const auto built = [&](const std::string& text) { return build_simulation(test::read(text + rest)); };
+  CHECK_REFUSES(built(body + head), "set trim = true");
+  CHECK_REFUSES(built(body + head + trimmed), "inside the ground");
+  const auto count_in = [](const PlacedSnow& snow, const Vec3& center, double radius) {
+    return std::count_if(snow.position.begin(), snow.position.end(),
+                         [&](const Vec3& p) { return (p - center).norm() < radius; });
+  };
+  const Vec3 body_at(0, 0.15, 0), head_at(0, 0.4, 0);
+  for (const bool head_first : {false, true}) {
+    const std::string first = head_first ? head : body, second = head_first ? body : head;
+    const SimulationSetup both = built(first + trimmed + second + trimmed);
+    const PlacedSnow &b = both.snow[head_first ? 1 : 0], &h = both.snow[head_first ? 0 : 1];
+    CHECK(count_in(head_first ? b : h, head_first ? head_at : body_at, head_first ? 0.12 : 0.2) == 0);
+    CHECK(count_in(head_first ? h : b, head_first ? body_at : head_at, head_first ? 0.2 : 0.12) > 50);
+    for (const PlacedSnow* snow : {&b, &h}) {
+      CHECK(snow->velocity.size() == snow->position.size());
+      for (const Vec3& p : snow->position) REQUIRE(p.y() >= 0);
+    }
+    // A particle weighs what it weighed: what is left out is missing.
+    const double spacing = particle_spacing(0.02, 8);
+    CHECK(b.particle_volume == Approx(std::pow(spacing, 3)).epsilon(0.02));
+  }
+  // Snow that is not trimmed keeps all, wherever it stands.
+  const SimulationSetup one = built(head + trimmed + body + "allow_overlap = true\n");
+  CHECK(count_in(one.snow[0], body_at, 0.2) == 0);
+  CHECK(count_in(one.snow[1], head_at, 0.12) > 50);
+  CHECK_REFUSES(
+      built(body + trimmed +
+            "[[snow]]\nname = \"seed\"\nshape = \"ball\"\nradius = 0.05\ncenter = [0, 0.2, 0]\n" + trimmed),
+      "leaves nothing of it");
+}
+
+TEST_CASE("trimmed snow of uneven packing keeps the packing of what is left") {
+  const std::string ball = kBall + "looseness = 0.3\nclump_size = 0.05\n";
+  const std::string stone =
+      "[[collider]]\nname = \"stone\"\nshape = \"ball\"\ncenter = [0, 0.55, 0]\nradius = "
+      "0.05\n[simulation]\ndx = 0.02\n";
+  const PlacedSnow whole = build_simulation(test::read(ball + "allow_overlap = true\n" + stone)).snow[0];
+  const PlacedSnow left = build_simulation(test::read(ball + "trim = true\n" + stone)).snow[0];
+  REQUIRE(left.packing.size() == left.position.size());
+  CHECK(left.position.size() < whole.position.size());
+  std::size_t found = 0;
+  for (std::size_t i = 0, j = 0; i < whole.position.size() && j < left.position.size(); ++i) {
+    if (whole.position[i] != left.position[j]) continue;
+    found += whole.packing[i] == left.packing[j++];
+  }
+  CHECK(found == left.position.size());
+}
+
+TEST_CASE("a scene that is too fine for the machine is refused before a particle is placed") {
+  for (const char* dx : {"1e-5", "1e-9", "1e-15"}) {
+    INFO(dx);
+    CHECK_REFUSES(build_simulation(test::read(kBall + "[simulation]\ndx = " + dx)), "scene.toml:6:1: dx = ");
+    CHECK_REFUSES(build_simulation(test::read(kBall, {{"simulation.dx", dx}})), "GiB; this machine has");
+  }
+  CHECK_REFUSES(build_simulation(test::read(kBall + "[simulation]\nparticles_across = 100000")),
+                "fewer particles across");
 }
 
 TEST_CASE("snow that only touches other snow and the ground is no overlap") {
