@@ -4,28 +4,55 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <climits>
+#include <cstring>
+
 #include "src/core/error.h"
 
 namespace firn {
 namespace {
 
-std::atomic<bool> stop{false};
+std::atomic<bool> stop{false}, polled{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
 
+// In memory that a signal handler may look at whenever it comes.
+constexpr int kMostFolders = 16;
+char folder_names[kMostFolders][PATH_MAX];
+std::atomic<int> folder_count{0};
+
 void on_signal(int) {
-  if (stop.exchange(true)) ::_exit(static_cast<int>(ExitCode::interrupted));
+  if (polled && !stop.exchange(true)) return;
+  for (int i = folder_count; i-- > 0;) ::rmdir(folder_names[i]);
+  ::_exit(static_cast<int>(ExitCode::interrupted));
 }
 
 }  // namespace
 
-std::atomic<bool>& stop_flag() { return stop; }
+std::atomic<bool>& stop_flag() {
+  polled = true;
+  return stop;
+}
+
+void remove_when_interrupted(const std::vector<std::filesystem::path>& folders) {
+  folder_count = 0;
+  int count = 0;
+  for (const auto& folder : folders) {
+    if (count == kMostFolders || folder.native().size() >= PATH_MAX) break;
+    std::strcpy(folder_names[count++], folder.c_str());
+  }
+  folder_count = count;
+}
 
 void catch_signals() {
   struct sigaction action {};
   action.sa_handler = on_signal;
   action.sa_flags = SA_RESTART;
-  ::sigaction(SIGINT, &action, nullptr);
-  ::sigaction(SIGTERM, &action, nullptr);
+  for (const int number : {SIGINT, SIGTERM}) {
+    struct sigaction before {};
+    ::sigaction(number, nullptr, &before);
+    if (before.sa_handler != SIG_IGN)
+      ::sigaction(number, &action, nullptr);  // as for `firn ... &` in a script
+  }
   ::signal(SIGPIPE, SIG_IGN);
   ::signal(SIGXFSZ, SIG_IGN);
 }

@@ -10,6 +10,7 @@
 #include "src/core/error.h"
 #include "src/core/isa.h"
 #include "src/io/exr.h"
+#include "src/io/movie.h"
 #include "src/scene/validate.h"
 
 namespace firn {
@@ -18,6 +19,7 @@ namespace {
 // Rates of one thread, rounded down from what settled scenes reach; see docs/ for measured ones.
 constexpr double kParticleStepsPerSecond = 10e6;
 constexpr double kRaysPerSecond = 4e6;
+constexpr int kMostWebpPixels = 16383;
 constexpr double kRaysPerPath = 3;  // most paths end at the sky early
 
 void set_frames(Manifest& manifest, const SceneConfig& scene,
@@ -30,6 +32,13 @@ void set_frames(Manifest& manifest, const SceneConfig& scene,
   }
   manifest.first = frames->first;
   manifest.last = frames->second;
+}
+
+void require_movie(const SceneConfig& scene) {
+  if (find_program("ffmpeg") || std::max(scene.image.width, scene.image.height) <= kMostWebpPixels) return;
+  throw Error(ExitCode::usage, place_of(scene, "image", "width"),
+              "without ffmpeg on the PATH a movie is at most " + std::to_string(kMostWebpPixels) +
+                  " pixels wide and high; install ffmpeg, or set output.movie = false");
 }
 
 std::string opening_line(const Production& run, const Manifest& m, std::size_t particles) {
@@ -84,8 +93,10 @@ ExitCode run_scene(const Options& options, const RunKind& kind) {
   manifest.pictures = kind.pictures;
   manifest.particles = kind.particles || scene.output.particles;
   manifest.wants_movie = kind.movie && scene.output.movie;
+  if (manifest.wants_movie && manifest.last > manifest.first) require_movie(scene);
   auto renderer = kind.pictures ? make_renderer(scene, kernels) : nullptr;
   RunFolder folder = RunFolder::take(scene.name, options.out, options.overwrite);
+  remove_when_interrupted(folder.made());
   auto snow = make_snow(scene, kernels, options.force);
 
   Production run(std::move(folder), std::move(scene), std::move(manifest), options.quiet);
@@ -94,8 +105,10 @@ ExitCode run_scene(const Options& options, const RunKind& kind) {
   run.progress().say(opening_line(run, run.manifest(), snow->simulation().particle_count()));
   run.simulated = std::move(snow);
   run.renderer = std::move(renderer);
-  run.again = "firn resume " + run.folder().path().string();
-  const ExitCode code = run.produce(run.manifest().first, run.manifest().last, stop_flag());
+  run.again = shell_line({"firn", "resume", run.folder().path().string()});
+  std::atomic<bool>& stop = stop_flag();
+  remove_when_interrupted({});
+  const ExitCode code = run.produce(run.manifest().first, run.manifest().last, stop);
   std::cout << run.folder().path().string() << "\n";
   return code;
 }

@@ -22,7 +22,7 @@ constexpr const char* kSeeHelp = " (see 'firn --help')";
 struct Typed {
   Options options;
   std::vector<std::string> set;
-  std::string frames;
+  std::optional<std::string> frames;
   std::optional<std::string> seed;
   bool no_overlap = false;
 };
@@ -147,7 +147,9 @@ Options checked(Typed& typed) {
   Options options = typed.options;
   for (const auto& text : typed.set) options.overrides.push_back(parse_override(text));
   if (typed.seed) options.overrides.push_back({"simulation.seed", parse_seed(*typed.seed)});
-  if (!typed.frames.empty()) options.frames = parse_frames(typed.frames);
+  if (typed.frames) options.frames = parse_frames(*typed.frames);
+  if (options.out && options.out->empty())
+    throw Error(ExitCode::usage, "--out", "the name of the folder is empty");
   options.overlap = !typed.no_overlap;
   return options;
 }

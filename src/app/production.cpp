@@ -16,6 +16,7 @@
 #include "src/io/movie.h"
 #include "src/io/particle_file.h"
 #include "src/io/version.h"
+#include "src/scene/name.h"
 #include "src/scene/scene.h"
 
 namespace firn {
@@ -57,7 +58,15 @@ Manifest new_manifest(const Options& options, const SceneConfig& scene, const st
   m.scene_hash = hash_of(m.scene);
   m.inputs = hash_inputs(scene);
   m.last = scene.time.frames - 1;
+  require_utf8(m.scene, scene.file);
   return m;
+}
+
+void require_utf8(const std::string& text, const std::string& where) {
+  if (is_utf8(text)) return;
+  throw Error(ExitCode::usage, where,
+              "a path of this run is not UTF-8, in which scenes and manifests are written: rename the folder "
+              "or file");
 }
 
 std::vector<std::pair<std::string, std::string>> hash_inputs(const SceneConfig& scene) {
@@ -73,18 +82,32 @@ Production::Production(RunFolder folder, SceneConfig scene, Manifest manifest, b
       progress_(log_, quiet),
       earlier_wall_(manifest_.wall_seconds) {}
 
+// The manifest comes first, in one move: from then on the folder is this run's, whatever happens next.
 void Production::begin(int first) {
+  folder_.lock();
+  if (!in_place) {
+    std::erase_if(manifest_.frames, [first](const FrameRecord& record) { return record.frame >= first; });
+    manifest_.error.clear();
+    save_manifest("running");
+  }
   folder_.begin();
   log_.open(folder_.log());
   log_.add(manifest_.command);
-  if (in_place) return;
+  if (!in_place) write_tables();
+  folder_.keep();
+}
+
+// What the manifest holds too, for people and other programs.
+void Production::write_tables() {
   write_file(folder_.scene(), manifest_.scene);
-  std::erase_if(manifest_.frames, [first](const FrameRecord& record) { return record.frame >= first; });
   metrics_.emplace(folder_.metrics());
   metrics_->replace(manifest_.frames);
-  manifest_.error.clear();
-  save_manifest("running");
-  folder_.keep();
+}
+
+void Production::repair() {
+  folder_.lock();
+  folder_.begin();
+  write_tables();
 }
 
 ExitCode Production::produce(int first, int last, std::atomic<bool>& stop) {
@@ -177,6 +200,7 @@ bool Production::write(int frame, FrameSlot& slot) {
     const std::lock_guard lock(mutex_);
     job = std::move(in_flight_[frame]);
   }
+  folder_.require_lock();
   job.record.files.clear();
   write_particles(slot, job.record);
   if (renderer) write_pictures(slot, job.record);
@@ -272,6 +296,10 @@ void Production::make_movie(const std::atomic<bool>& stop) {
   const std::filesystem::path movie = ffmpeg ? make_mp4(job, stop) : make_webp(job, stop);
   manifest_.movie = movie.filename().string();
   manifest_.movie_hash = hash_of(read_file(movie));
+  std::error_code ignored;  // a movie of the other kind, made before, does not show these pictures
+  for (const char* kind : {".mp4", ".webp"}) {
+    if (movie.extension() != kind) std::filesystem::remove(job.out.string() + kind, ignored);
+  }
   if (!ffmpeg)
     progress_.say("No ffmpeg on the PATH: it is an animated WebP. An mp4 comes from\n  " +
                   shell_line(ffmpeg_command(job)));

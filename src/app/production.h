@@ -40,6 +40,8 @@ class Production {
   // Produces frames first..last, then the movie. Interrupted: finished frames are kept and a checkpoint is
   // written. Errors come out after the manifest has recorded them.
   ExitCode produce(int first, int last, std::atomic<bool>& stop);
+  // Of a complete run: writes again what the manifest knows, and sweeps.
+  void repair();
 
   const RunFolder& folder() const { return folder_; }
   const SceneConfig& scene() const { return scene_; }
@@ -60,6 +62,7 @@ class Production {
   void write_pictures(const FrameSlot& slot, FrameRecord& record);
   void write_particles(const FrameSlot& slot, FrameRecord& record);
   void begin(int first);
+  void write_tables();
   ExitCode finish(FrameGraphResult result, const std::atomic<bool>& stop);
   FrameGraphResult run_graph(int first, int last, std::atomic<bool>& stop);
   void finish_frame(InFlight job);
@@ -85,6 +88,9 @@ class Production {
 
 // The manifest of a run that begins now, with this machine and program filled in.
 Manifest new_manifest(const Options& options, const SceneConfig& scene, const std::string& isa);
+
+// Errors: usage Error at `where` for text that a manifest cannot hold.
+void require_utf8(const std::string& text, const std::string& where);
 
 // The files that a scene names, as they are now: absolute path and hash of the bytes. Errors: io Error for
 // one that cannot be read.

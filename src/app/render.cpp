@@ -11,6 +11,7 @@
 #include "src/app/new_run.h"
 #include "src/app/verify.h"
 #include "src/core/isa.h"
+#include "src/io/movie.h"
 
 namespace firn {
 namespace {
@@ -44,8 +45,17 @@ ExitCode render_run(const Options& options) {
   RunFolder source = RunFolder::open(options.target);
   if (!options.out) source.lock();
   const Manifest simulated = read_manifest(source.manifest());
+  require_scene(source, simulated);
   const auto frames = frames_to_show(options, source, simulated);
-  if (!options.out && (!options.overrides.empty() || options.quick)) {
+  if (options.quick)
+    throw Error(ExitCode::usage, "--quick",
+                "a run has its size already; --set image.width and so on change its pictures");
+  std::error_code ignored;
+  if (options.out && std::filesystem::equivalent(*options.out, options.target, ignored)) {
+    throw Error(ExitCode::usage, *options.out,
+                "this is the run to be rendered: without --out its pictures come into it");
+  }
+  if (!options.out && !options.overrides.empty()) {
     throw Error(ExitCode::usage, options.target,
                 "rendering a run with other values needs an --out of its own");
   }
@@ -58,15 +68,20 @@ ExitCode render_run(const Options& options) {
   if (options.out) {
     manifest.wants_movie = false;
     manifest.snow_from = std::filesystem::absolute(options.target).string();
+    require_utf8(manifest.snow_from, options.target);
     std::tie(manifest.first, manifest.last) = frames;
     source = RunFolder::take(scene.name, options.out, options.overwrite);
   }
+  manifest.command = options.typed;
+  manifest.slots = options.overlap ? 3 : 1;
+  if (options.threads > 0) manifest.threads = options.threads;
   Production run(std::move(source), std::move(scene), std::move(manifest), options.quiet);
   run.expected_seconds = expected_frame_seconds(run.scene(), nullptr, true, run.manifest().threads);
   run.renderer = std::move(renderer);
   run.recorded = std::move(snow);
   run.in_place = !options.out;
-  run.again = options.out ? "firn resume " + *options.out : "firn render " + options.target;
+  run.again = options.out ? shell_line({"firn", "resume", *options.out})
+                          : shell_line({"firn", "render", options.target});
   const bool keep = run.in_place && !options.overwrite;
   const int first = keep ? first_missing_picture(run, frames) : frames.first;
   if (first > frames.second)

@@ -14,14 +14,20 @@
 #include "src/core/isa.h"
 #include "src/io/checkpoint.h"
 #include "src/io/file.h"
+#include "src/io/movie.h"
 
 namespace firn {
 namespace {
 
 // The kernels of x86-64-v3 and v4 give the same bits; those of `base` do not, so such a run stays with them.
 std::string isa_of(const Options& options, const Manifest& manifest) {
-  if (options.isa != "auto" || manifest.isa != "base") return options.isa;
-  return manifest.isa;
+  if (options.isa == "auto") return manifest.isa == "base" ? "base" : "auto";
+  if ((options.isa == "base") != (manifest.isa == "base")) {
+    throw Error(ExitCode::usage, "--isa",
+                "this run was begun with " + manifest.isa +
+                    ", and the kernels of base and of AVX differ in the last bits");
+  }
+  return options.isa;
 }
 
 // A checkpoint can be used if all the frames that it has passed and that are not finished are kept in it.
@@ -92,10 +98,11 @@ ExitCode resume_command(const Options& options) {
 
   Production run(std::move(folder), std::move(scene), std::move(manifest), options.quiet);
   const Manifest& m = run.manifest();
-  run.again = "firn resume " + options.target;
+  run.again = shell_line({"firn", "resume", options.target});
   if (!why.empty())
     run.progress().say(why + ": frame " + std::to_string(first) + " and those after it are made again.");
   if (is_complete(run, first)) {
+    run.repair();
     run.progress().say("This run is complete.");
     std::cout << run.folder().path().string() << "\n";
     return ExitCode::ok;
@@ -110,6 +117,7 @@ ExitCode resume_command(const Options& options) {
     restore(run, *run.simulated, first);
   } else {
     run.recorded = std::make_unique<RecordedSnow>(m.snow_from);
+    run.recorded->require(m.frames);
   }
   run.expected_seconds = expected_frame_seconds(run.scene(), run.simulated.get(), m.pictures, m.threads);
   run.progress().say(run.scene().name + ": resuming at frame " + std::to_string(first) + " of " +

@@ -37,6 +37,7 @@ bool SimulatedSnow::fetch(int frame, Snapshot& out, FrameRecord& record, const s
   while (reached_ < frame) {
     if (!simulation_.advance_to((reached_ + 1) * seconds_per_frame_, stop)) return false;
     ++reached_;
+    if (reached_ < frame) steps_before_ = simulation_.particle_steps();
   }
   simulation_.snapshot(out);
   out.frame = frame;
@@ -77,6 +78,16 @@ Checkpoint SimulatedSnow::checkpoint() const {
 RecordedSnow::RecordedSnow(const std::filesystem::path& run) : folder_(RunFolder::open(run)) {
   const Manifest manifest = read_manifest(folder_.manifest());
   for (const auto& record : manifest.frames) records_[record.frame] = record;
+}
+
+void RecordedSnow::require(const std::vector<FrameRecord>& frames) const {
+  for (const FrameRecord& frame : frames) {
+    const auto now = records_.find(frame.frame);
+    if (now != records_.end() && now->second.particles_hash == frame.particles_hash) continue;
+    throw Error(
+        ExitCode::io, folder_.path().string(),
+        "this run has other snow than it had when frame " + std::to_string(frame.frame) + " was rendered");
+  }
 }
 
 bool RecordedSnow::fetch(int frame, Snapshot& out, FrameRecord& record, const std::atomic<bool>&) {

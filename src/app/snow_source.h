@@ -50,6 +50,8 @@ class SimulatedSnow : public SnowSource {
 class RecordedSnow : public SnowSource {
  public:
   explicit RecordedSnow(const std::filesystem::path& run);
+  // Errors: io Error if frames were made of other snow than the run has now.
+  void require(const std::vector<FrameRecord>& frames) const;
   bool fetch(int frame, Snapshot& out, FrameRecord& record, const std::atomic<bool>& stop) override;
 
  private:

@@ -156,6 +156,16 @@ struct Load {
   }
 };
 
+// The hash is the last field, and is of all text before it. Version 0.1 wrote none.
+constexpr std::string_view kHashKey = ",\n \"hash\": \"", kEnd = "\n}";
+
+void check_hash(const std::string& text, const std::string& where) {
+  const std::size_t at = text.rfind(kHashKey);
+  if (at == std::string::npos ||
+      text.compare(at + kHashKey.size(), 16, hex(hash_bytes(text.data(), at))) != 0)
+    throw Error(ExitCode::io, where, "damaged manifest: it is not as firn wrote it");
+}
+
 // What no writer of a manifest leaves behind.
 void check(const Manifest& m, const std::string& where) {
   const auto fail = [&](const std::string& what) {
@@ -178,13 +188,18 @@ void check(const Manifest& m, const std::string& where) {
 void write_manifest(const std::filesystem::path& path, const Manifest& manifest) {
   Json json = Json::object();
   manifest_fields(manifest, Store{json});
-  write_file(path, json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+  std::string text = json.dump(1, ' ', false, Json::error_handler_t::replace);
+  text.resize(text.size() - kEnd.size());
+  const std::string hash = hex(hash_bytes(text.data(), text.size()));
+  text.append(kHashKey).append(hash).append("\"").append(kEnd);
+  write_file(path, text + "\n");
 }
 
 Manifest read_manifest(const std::filesystem::path& path) {
   Manifest manifest;
+  const std::string text = read_file(path);
   try {
-    Json json = Json::parse(read_file(path));
+    Json json = Json::parse(text);
     // What version 0.1 did not write.
     json.emplace("inputs", Json::object());
     json.emplace("movie_hash", "");
@@ -193,6 +208,7 @@ Manifest read_manifest(const std::filesystem::path& path) {
     throw Error(ExitCode::io, path.string(),
                 std::string("not a manifest that this version of firn reads: ") + error.what());
   }
+  if (!manifest.version.starts_with("0.1.")) check_hash(text, path.string());
   check(manifest, path.string());
   return manifest;
 }

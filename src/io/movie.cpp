@@ -108,6 +108,13 @@ std::string last_line(const std::string& text) {
                                end - (begin == std::string::npos ? 0 : begin + 1) + 1));
 }
 
+// An absolute path is never taken for a protocol or an option. A per cent sign of its own is doubled.
+std::string pattern_of(const MovieJob& job) {
+  std::string pattern;
+  for (const char c : fs::absolute(job.frames).string()) pattern += c == '%' ? "%%" : std::string(1, c);
+  return pattern + "/%04d." + job.extension;
+}
+
 }  // namespace
 
 std::vector<std::string> ffmpeg_command(const MovieJob& job) {
@@ -121,7 +128,7 @@ std::vector<std::string> ffmpeg_command(const MovieJob& job) {
           "-start_number",
           std::to_string(job.first),
           "-i",
-          (job.frames / ("%04d." + job.extension)).string(),
+          pattern_of(job),
           "-frames:v",
           std::to_string(job.last - job.first + 1),
           "-vf",
@@ -134,7 +141,7 @@ std::vector<std::string> ffmpeg_command(const MovieJob& job) {
           "yuv420p",
           "-movflags",
           "+faststart",
-          job.out.string() + ".mp4"};
+          fs::absolute(job.out).string() + ".mp4"};
 }
 
 std::string shell_line(const std::vector<std::string>& words) {

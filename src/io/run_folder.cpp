@@ -10,6 +10,7 @@
 
 #include "src/core/error.h"
 #include "src/io/file.h"
+#include "src/io/movie.h"
 
 namespace firn {
 namespace {
@@ -30,11 +31,13 @@ bool present(const fs::path& path) {
   return fs::exists(fs::symlink_status(path, ignored));
 }
 
+fs::path absolute_of(const fs::path& path) { return fs::absolute(path).lexically_normal(); }
+
 // Makes `path` and its missing parents and returns those it made. One mkdir a folder: of two runs that want
 // the same free name only one gets it.
 std::vector<fs::path> make_folders(const fs::path& path) {
   std::vector<fs::path> missing, made;
-  for (fs::path p = fs::absolute(path).lexically_normal(); !p.empty() && !present(p); p = p.parent_path()) {
+  for (fs::path p = absolute_of(path); !p.empty() && !present(p); p = p.parent_path()) {
     if (p.has_filename()) missing.insert(missing.begin(), p);
   }
   for (const auto& p : missing) {
@@ -58,21 +61,33 @@ void probe(const fs::path& folder) {
   fs::remove(file, ignored);
 }
 
-// Files that a killed process did not finish: x.part of write_file(), movie.part.mp4 of ffmpeg.
+// Files that write_file() did not finish.
 void sweep(const fs::path& folder) {
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    const fs::path name = entry.path().filename();
-    if (name.extension() == ".part" || name.stem() == "movie.part") fs::remove(entry.path(), ignored);
+    if (entry.path().extension() == ".part") fs::remove(entry.path(), ignored);
+  }
+}
+
+// Whether this is a manifest, of whatever state and version; not any file of that name.
+bool is_manifest(const fs::path& file) {
+  try {
+    const std::string text = read_file(file);
+    return text.find("\"scene_hash\"") != std::string::npos && text.find("\"revision\"") != std::string::npos;
+  } catch (const Error&) {
+    return false;
   }
 }
 
 void refuse_foreign_files(const fs::path& folder, bool overwrite) {
   const std::string name = folder.string();
   if (present(folder / "run.json")) {
-    if (overwrite) return;
+    if (overwrite && is_manifest(folder / "run.json")) return;
+    if (overwrite)
+      throw Error(ExitCode::usage, name,
+                  "the run.json in this folder is not of a run of firn; give another --out");
     throw Error(ExitCode::usage, name,
-                "this folder holds a run; continue it with 'firn resume " + name +
+                "this folder holds a run; continue it with '" + shell_line({"firn", "resume", name}) +
                     "', replace it with --overwrite, or give another --out");
   }
   for (const char* own : kOwnNames) {
@@ -90,13 +105,15 @@ RunFolder RunFolder::take(const std::string& scene, const std::optional<std::str
   RunFolder folder;
   folder.overwrite_ = overwrite;
   folder.path_ = out ? fs::path(*out) : fs::path("out") / scene;
-  if (!out) {
-    for (int n = 2; present(folder.path_); ++n)
-      folder.path_ = fs::path("out") / (scene + "-" + std::to_string(n));
-  }
   std::error_code error;
-  if (present(folder.path_) && !fs::is_directory(folder.path_, error)) fail(folder.path_, "it is a file");
-  folder.made_ = make_folders(folder.path_);
+  if (out && present(folder.path_) && !fs::is_directory(folder.path_, error))
+    fail(folder.path_, "it is a file");
+  folder.made_ = out || !present(folder.path_) ? make_folders(folder.path_) : std::vector<fs::path>();
+  // The next free name, also where another process was quicker.
+  for (int n = 2; !out && (folder.made_.empty() || folder.made_.back() != absolute_of(folder.path_)); ++n) {
+    folder.path_ = fs::path("out") / (scene + "-" + std::to_string(n));
+    if (!present(folder.path_)) folder.made_ = make_folders(folder.path_);
+  }
   probe(folder.path_);
   refuse_foreign_files(folder.path_, overwrite);
   if (present(folder.manifest())) folder.lock();  // what is to be replaced may be in the making
@@ -120,14 +137,14 @@ RunFolder& RunFolder::operator=(RunFolder&& other) noexcept {
   std::swap(made_, other.made_);
   std::swap(overwrite_, other.overwrite_);
   std::swap(opened_, other.opened_);
-  std::swap(begun_, other.begun_);
+  std::swap(fresh_, other.fresh_);
   std::swap(lock_, other.lock_);
   return *this;
 }
 
 RunFolder::~RunFolder() {
   std::error_code ignored;
-  if (begun_) {  // when it began, none of these was there
+  if (fresh_) {  // when it was locked, none of these was there
     for (const char* own : kOwnNames) fs::remove_all(path_ / own, ignored);
   }
   lock_.reset();
@@ -136,30 +153,37 @@ RunFolder::~RunFolder() {
 }
 
 void RunFolder::lock() {
-  if (!lock_) lock_ = std::make_unique<RunLock>(path_);
+  if (lock_) return;
+  lock_ = std::make_unique<RunLock>(path_);
+  if (opened_) return;
+  refuse_foreign_files(path_, overwrite_);  // again: another process may have been here before the lock
+  fresh_ = !present(manifest());
 }
 
 void RunFolder::begin() {
-  lock();
   std::error_code error;
-  if (!opened_) {
-    refuse_foreign_files(path_, overwrite_);  // again: another process may have been here before the lock
-    for (const char* own : kOwnNames) {
-      fs::remove_all(path_ / own, error);
-      if (error) fail(path_ / own, error.message());
-    }
-    begun_ = true;
+  for (const char* own : kOwnNames) {
+    if (opened_ || path_ / own == manifest()) continue;
+    fs::remove_all(path_ / own, error);
+    if (error) fail(path_ / own, error.message());
   }
   for (const char* inner : {"frames", "particles", "checkpoints"}) {
     fs::create_directory(path_ / inner, error);
     if (error) fail(path_ / inner, error.message());
   }
-  for (const fs::path& folder : {path_, frames(), particles(), checkpoints()}) sweep(folder);
+  for (const fs::path& folder : {frames(), particles(), checkpoints()}) sweep(folder);
+  for (const char* own : kOwnNames) fs::remove(path_ / (std::string(own) + ".part"), error);
+  for (const char* movie : {"movie.part.mp4", "movie.part.webp"}) fs::remove(path_ / movie, error);
+}
+
+void RunFolder::require_lock() const {
+  if (lock_ && lock_->is_held()) return;
+  throw Error(ExitCode::io, path_.string(), "another process has taken this run over");
 }
 
 void RunFolder::keep() {
   made_.clear();
-  begun_ = false;
+  fresh_ = false;
 }
 
 fs::path RunFolder::frame(int number, const std::string& extension) const {

@@ -27,11 +27,19 @@ class RunFolder {
   RunFolder& operator=(RunFolder&&) noexcept;
   ~RunFolder();
 
-  // From here on other processes are kept out. Errors: io Error if one is in.
+  // From here on other processes are kept out. Errors: io Error if one is in, usage Error if one began a run
+  // here since the folder was taken.
   void lock();
-  // Locks, removes the earlier run's files if overwriting, and what writes that were cut off left behind.
+  // After the manifest was written, in place of an old run's: removes the other files of that run, and what
+  // writes that were cut off left behind. Killed before, the old run is whole; killed after, there is a new
+  // one to resume.
   void begin();
   void keep();  // from here on the folder stays
+  // Errors: io Error if another process took the lock over.
+  void require_lock() const;
+  const std::vector<std::filesystem::path>& made() const {
+    return made_;
+  }  // folders that go again unless it is kept
 
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path manifest() const { return path_ / "run.json"; }
@@ -51,10 +59,10 @@ class RunFolder {
  private:
   RunFolder() = default;
   std::filesystem::path path_;
-  std::vector<std::filesystem::path> made_;  // folders that did not exist before, outermost first
+  std::vector<std::filesystem::path> made_;  // that did not exist before, outermost first
   bool overwrite_ = false;
   bool opened_ = false;  // an existing run
-  bool begun_ = false;   // and not yet kept
+  bool fresh_ = false;   // locked, without an earlier run, and not yet kept
   std::unique_ptr<RunLock> lock_;
 };
 

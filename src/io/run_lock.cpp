@@ -6,9 +6,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <climits>
+#include <cstdlib>
 #include <cstring>
 #include <ctime>
 #include <sstream>
@@ -66,7 +68,7 @@ bool is_current(int descriptor, const fs::path& path) {
 // An opened file that no other process of this machine has locked.
 int acquire(const fs::path& path) {
   for (;;) {
-    const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
     if (descriptor < 0) cannot_write(path.parent_path(), errno);
     const bool locked = ::flock(descriptor, LOCK_EX | LOCK_NB) == 0;
     const bool taken = !locked && errno == EWOULDBLOCK;
@@ -79,14 +81,14 @@ int acquire(const fs::path& path) {
 
 }  // namespace
 
-RunLock::RunLock(const fs::path& folder) : path_(folder / "lock"), descriptor_(acquire(path_)) {
+RunLock::RunLock(const fs::path& folder) : path_(folder / ".firn-lock"), descriptor_(acquire(path_)) {
   const Claim claim = read_claim(descriptor_);
-  if (!claim.host.empty() && claim.host != host_name() && claim.age < kExpires) {
+  if (!claim.host.empty() && claim.host != host_name() && std::abs(claim.age) < kExpires) {
     ::close(descriptor_);
     refuse(path_, claim,
-           ", by a claim that is " + std::to_string(claim.age) +
-               " s old; if that process is gone, try again in " + std::to_string(kExpires - claim.age) +
-               " s");
+           ", by a claim that is " + std::to_string(std::max(claim.age, 0L)) +
+               " s old; if that process is gone, try again in " +
+               std::to_string(kExpires - std::max(claim.age, 0L)) + " s");
   }
   const std::string mine = host_name() + " " + std::to_string(::getpid()) + "\n";
   if (::ftruncate(descriptor_, 0) != 0 ||
@@ -106,13 +108,21 @@ RunLock::~RunLock() {
   }
   wake_.notify_all();
   renewer_.join();
-  ::unlink(path_.c_str());
+  if (is_mine()) ::unlink(path_.c_str());
   ::close(descriptor_);
 }
 
 void RunLock::renew() {
   std::unique_lock lock(mutex_);
-  while (!wake_.wait_for(lock, kRenew, [this] { return ends_; })) ::futimens(descriptor_, nullptr);
+  while (!wake_.wait_for(lock, kRenew, [this] { return ends_; })) {
+    if (!is_mine()) held_ = false;
+    if (held_) ::futimens(descriptor_, nullptr);
+  }
+}
+
+bool RunLock::is_mine() const {
+  const Claim claim = read_claim(descriptor_);
+  return is_current(descriptor_, path_) && claim.host == host_name() && claim.process == ::getpid();
 }
 
 }  // namespace firn

@@ -60,6 +60,7 @@ TimeStep Simulation::stable_step() const {
 
 std::size_t Simulation::particle_count() const { return state_->particles.size(); }
 std::size_t Simulation::grid_blocks() const { return state_->grid.size(); }
+std::uint64_t Simulation::particle_steps() const { return state_->particle_steps; }
 
 std::size_t Simulation::resident_bytes() const { return state_->resident_bytes(); }
 

@@ -120,6 +120,7 @@ class Simulation {
   std::size_t particle_count() const;
   std::size_t resident_bytes() const;  // all memory of the simulation
   std::size_t grid_blocks() const;     // active 4x4x4 node blocks
+  std::uint64_t particle_steps() const;
   Metrics metrics() const;
   std::uint64_t state_hash() const;  // of every particle column, in id order
 

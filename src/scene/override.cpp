@@ -111,6 +111,8 @@ void apply(RawTable& root, const Change& change) {
   std::string first = change.path.front();
   const auto index = take_index(first);
   const TableSpec* table = find_table(first);
+  if (index && (!table || !table->repeated))
+    refuse(change, "'" + first + "' stands in a scene once and has no number");
   if (find_table("")->find(first) && change.path.size() == 1) return replace_key(root, "", first, change);
   if (!table || first.empty()) {
     std::vector<std::string> names;

@@ -30,10 +30,15 @@ std::string quoted(const std::string& text) {
   std::string result = "\"";
   for (char c : text) {
     if (c == '"' || c == '\\') result += '\\';
+    const auto code = static_cast<unsigned char>(c);
     if (c == '\n') {
       result += "\\n";
     } else if (c == '\t') {
       result += "\\t";
+    } else if (code < ' ' || code == 0x7F) {
+      char escape[8];
+      std::snprintf(escape, sizeof escape, "\\u%04X", code);
+      result += escape;
     } else {
       result += c;
     }

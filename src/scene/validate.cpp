@@ -52,6 +52,9 @@ struct Checker {
 
   void output() const {
     const auto& formats = scene.output.formats;
+    if (formats.empty())
+      refuse("output", "formats",
+             "no format is given, so there would be no picture; 'firn simulate' makes none");
     const auto& layers = scene.output.layers;
     const bool more = std::any_of(layers.begin(), layers.end(), [](const auto& l) { return l != "beauty"; });
     const bool linear = std::any_of(formats.begin(), formats.end(),

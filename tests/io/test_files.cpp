@@ -139,6 +139,8 @@ TEST_CASE("A manifest of a version that measured less reads: what it lacks is 0"
   REQUIRE(json["frames"][0].erase("medium_mass_kg") == 1);
   REQUIRE(json.erase("inputs") == 1);
   REQUIRE(json.erase("movie_hash") == 1);
+  REQUIRE(json.erase("hash") == 1);
+  json["version"] = "0.1.0";
   write_file(scratch / "run.json", json.dump());
   const Manifest in = read_manifest(scratch / "run.json");
   CHECK(in.frames.at(0).medium_mass == 0);
@@ -179,6 +181,19 @@ TEST_CASE("A manifest whose frames are no frames of its run, or whose scene was 
   CHECK_FALSE(reads([](Manifest& m) { m.first = 6; }));
   CHECK_FALSE(reads([](Manifest& m) { m.last = 2147483647; }));
   CHECK_FALSE(reads([](Manifest& m) { m.scene += " "; }));
+}
+
+TEST_CASE("A manifest of which any byte was changed is an io Error") {
+  Scratch scratch;
+  write_manifest(scratch / "run.json", example());
+  const std::string whole = read_file(scratch / "run.json");
+  for (std::size_t at = 0; at + 2 < whole.size(); at += 3) {
+    std::string damaged = whole;
+    damaged[at] = damaged[at] == '7' ? '8' : '7';
+    write_file(scratch / "run.json", damaged);
+    INFO(at);
+    CHECK_THROWS_AS(read_manifest(scratch / "run.json"), Error);
+  }
 }
 
 TEST_CASE("The record of a frame goes through one line of JSON unchanged, and nothing else is one") {

@@ -96,7 +96,7 @@ TEST_CASE("A missing frame is an error that names it, and no movie appears") {
 }
 
 TEST_CASE("The ffmpeg command starts at the first frame, and its line is safe to paste into a shell") {
-  const MovieJob job{"out/it's here/frames", "png", 12, 24, 12.5, "out/it's here/movie"};
+  const MovieJob job{"/out/it's here/frames", "png", 12, 24, 12.5, "/out/it's here/movie"};
   const auto words = ffmpeg_command(job);
   const auto after = [&](const std::string& word) {
     return *(std::find(words.begin(), words.end(), word) + 1);
@@ -105,8 +105,12 @@ TEST_CASE("The ffmpeg command starts at the first frame, and its line is safe to
   CHECK(after("-framerate") == "12.5");
   CHECK(after("-start_number") == "12");
   CHECK(after("-frames:v") == "13");
-  CHECK(after("-i") == "out/it's here/frames/%04d.png");
-  CHECK_THAT(shell_line(words), contains("-i 'out/it'\\''s here/frames/%04d.png'"));
+  CHECK(after("-i") == "/out/it's here/frames/%04d.png");
+  CHECK_THAT(shell_line(words), contains("-i '/out/it'\\''s here/frames/%04d.png'"));
+  // Names that ffmpeg would take for a protocol, an option or a pattern.
+  const auto odd = ffmpeg_command({"-x/r12:30/50%d/frames", "png", 0, 1, 24, "-x/movie"});
+  CHECK_THAT(*(std::find(odd.begin(), odd.end(), "-i") + 1), contains("/-x/r12:30/50%%d/frames/%04d.png"));
+  CHECK(odd.back() == std::filesystem::absolute("-x/movie").string() + ".mp4");
 }
 
 TEST_CASE(

@@ -26,10 +26,16 @@ struct Inside {
   Scratch scratch;
 };
 
+// As a run does: the manifest first.
+void begin(RunFolder& folder) {
+  folder.lock();
+  write_file(folder.manifest(), "{\"revision\": \"\", \"scene_hash\": \"\"}");
+  folder.begin();
+}
+
 void make_run(const std::string& path) {
   RunFolder folder = RunFolder::take("x", path, false);
-  folder.begin();
-  write_file(folder.manifest(), "{}");
+  begin(folder);
   write_file(folder.frame(0, "png"), "picture");
   folder.keep();
 }
@@ -57,7 +63,7 @@ TEST_CASE("Without --out every run gets a free folder of its own") {
   Inside inside;
   for (const std::string name : {"out/ball", "out/ball-2", "out/ball-3"}) {
     RunFolder folder = RunFolder::take("ball", std::nullopt, false);
-    folder.begin();
+    begin(folder);
     folder.keep();
     CHECK(folder.path() == name);
     CHECK(fs::is_directory(folder.frames()));
@@ -78,9 +84,9 @@ TEST_CASE("--overwrite removes the files of the run and no others, and only when
   write_file("a/notes.txt", "mine");
   RunFolder folder = RunFolder::take("x", "a", true);
   CHECK(fs::exists("a/frames/0000.png"));
-  folder.begin();
+  begin(folder);
   CHECK_FALSE(fs::exists("a/frames/0000.png"));
-  CHECK_FALSE(fs::exists("a/run.json"));
+  CHECK(fs::exists("a/run.json"));
   CHECK(read_file("a/notes.txt") == "mine");
 }
 
@@ -124,7 +130,7 @@ TEST_CASE("A run that ends before it has a manifest leaves nothing, and nothing 
   write_file("there/notes.txt", "mine");
   for (const std::string path : {"there", "new/a"}) {
     RunFolder folder = RunFolder::take("x", path, false);
-    folder.begin();
+    begin(folder);
     write_file(folder.scene(), "[camera]");
     write_file(folder.frame(0, "png"), "picture");
   }
@@ -140,20 +146,60 @@ TEST_CASE("Only one writer is in a run folder, and the refusal names it") {
   first.lock();  // has it already
   CHECK_THROWS_WITH(second.lock(),
                     contains("process " + std::to_string(::getpid())) && contains("written by"));
-  CHECK_THROWS_AS(RunFolder::take("x", "a", true).begin(), Error);
+  CHECK_THROWS_AS(RunFolder::take("x", "a", true), Error);
   CHECK(fs::exists("a/frames/0000.png"));
   { const RunFolder done = std::move(first); }
-  CHECK_FALSE(fs::exists("a/lock"));
+  CHECK_FALSE(fs::exists("a/.firn-lock"));
   second.lock();
+}
+
+TEST_CASE("A writer whose lock was taken away knows it, and leaves the lock of the next one alone") {
+  Inside inside;
+  make_run("a");
+  RunFolder next = RunFolder::open("a");
+  {
+    RunFolder first = RunFolder::open("a");
+    first.lock();
+    fs::remove("a/.firn-lock");
+    next.lock();
+  }
+  CHECK(fs::exists("a/.firn-lock"));
+  CHECK_NOTHROW(next.require_lock());
+  CHECK_THROWS_AS(RunFolder::open("a").lock(), Error);
+}
+
+TEST_CASE(
+    "A lock is never a link to a file of somebody else, and a claim from the future holds for two minutes at "
+    "most") {
+  Inside inside;
+  make_run("a");
+  write_file("victim", "precious");
+  fs::create_symlink("../victim", "a/.firn-lock");
+  CHECK_THROWS_AS(RunFolder::open("a").lock(), Error);
+  CHECK(read_file("victim") == "precious");
+  fs::remove("a/.firn-lock");
+  write_file("a/.firn-lock", "elsewhere 5\n");
+  fs::last_write_time("a/.firn-lock", fs::file_time_type::clock::now() + std::chrono::hours(24));
+  RunFolder folder = RunFolder::open("a");
+  folder.lock();
+}
+
+TEST_CASE("A run.json that is none of firn's is not overwritten, nor is anything beside it") {
+  Inside inside;
+  fs::create_directories("a/frames");
+  write_file("a/run.json", "{\"mine\": 1}");
+  write_file("a/frames/thesis.txt", "precious");
+  CHECK(refusal("a", true, "not of a run of firn") == ExitCode::usage);
+  CHECK(read_file("a/frames/thesis.txt") == "precious");
 }
 
 TEST_CASE("The claim of another machine counts until it is two minutes old") {
   Inside inside;
   make_run("a");
-  write_file("a/lock", "elsewhere 1234\n");
+  write_file("a/.firn-lock", "elsewhere 1234\n");
   CHECK_THROWS_WITH(RunFolder::open("a").lock(),
                     contains("process 1234 on elsewhere") && contains("try again in"));
-  fs::last_write_time("a/lock", fs::file_time_type::clock::now() - std::chrono::seconds(125));
+  fs::last_write_time("a/.firn-lock", fs::file_time_type::clock::now() - std::chrono::seconds(125));
   RunFolder folder = RunFolder::open("a");
   folder.lock();
   CHECK_THROWS_WITH(RunFolder::open("a").lock(), contains("process " + std::to_string(::getpid())));
@@ -164,7 +210,7 @@ TEST_CASE("A claim of this machine whose process is gone does not count") {
   make_run("a");
   char host[256] = {};
   REQUIRE(::gethostname(host, sizeof host - 1) == 0);
-  write_file("a/lock", std::string(host) + " 1\n");
+  write_file("a/.firn-lock", std::string(host) + " 1\n");
   RunFolder folder = RunFolder::open("a");
   folder.lock();
 }
@@ -174,13 +220,15 @@ TEST_CASE("A session sweeps up what a killed one did not finish") {
   make_run("a");
   for (const std::string name : {"a/run.json.part", "a/frames/0003.png.part", "a/movie.part.mp4"})
     write_file(name, "half");
-  write_file("a/notes.part.txt", "mine");
+  for (const std::string name : {"a/notes.part.txt", "a/film.iso.part", "a/movie.part.txt", "a/lock"})
+    write_file(name, "mine");
   RunFolder folder = RunFolder::open("a");
   folder.begin();
   CHECK(entries_of("a/frames") == std::vector<std::string>{"0000.png"});
   CHECK_FALSE(fs::exists("a/run.json.part"));
   CHECK_FALSE(fs::exists("a/movie.part.mp4"));
-  CHECK(fs::exists("a/notes.part.txt"));
+  for (const std::string name : {"a/notes.part.txt", "a/film.iso.part", "a/movie.part.txt", "a/lock"})
+    CHECK(read_file(name) == "mine");
 }
 
 TEST_CASE("Saved checkpoints are found by their frames, the latest first") {
