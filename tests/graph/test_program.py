@@ -546,7 +546,7 @@ class Writers(ProgramTest):
         self.assertEqual(process.returncode, 0)
 
     def test_one_process_at_a_time_writes_into_a_run(self):
-        words = [FIRN, "run", self.scene, "--out", "a", "--quiet", "--set", "image.samples=400"]
+        words = [FIRN, "run", self.scene, "--out", "a", "--quiet", "--set", "image.samples=200"]
         with subprocess.Popen(words, cwd=self.here, stdout=subprocess.DEVNULL) as process:
             while not (self.here / "a/run.json").exists() and process.poll() is None:
                 time.sleep(0.001)
@@ -670,7 +670,7 @@ class Words(ProgramTest):
         for columns in (20,):
             ours, theirs = pty.openpty()
             fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
-            with subprocess.Popen([FIRN, "run", self.scene, "--overwrite", "--out", "a", *LARGER], cwd=self.here, stderr=theirs,
+            with subprocess.Popen([FIRN, "run", self.scene, "--overwrite", "--out", "a", "--set", "image.samples=64"], cwd=self.here, stderr=theirs,
                                   stdout=subprocess.DEVNULL) as process:
                 os.close(theirs)
                 said = b""
@@ -738,7 +738,7 @@ class SameBits(ProgramTest):
         self.assertNotEqual(self.hashes("a")[0], self.hashes("c")[0])
 
 
-SLOW = [Interruptions]
+SLOW = [FirstFrame, Interruptions]
 
 if __name__ == "__main__":
     FIRN = str(Path(FIRN).resolve())
