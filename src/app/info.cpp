@@ -5,7 +5,7 @@
 
 #include "src/app/commands.h"
 #include "src/core/isa.h"
-#include "src/io/movie.h"
+#include "src/io/program.h"
 #include "src/io/version.h"
 
 namespace firn {

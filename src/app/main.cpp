@@ -17,6 +17,7 @@
 
 #include "src/app/commands.h"
 #include "src/app/interrupt.h"
+#include "src/core/text.h"
 
 namespace firn {
 namespace {
@@ -41,22 +42,9 @@ ExitCode execute(int count, char** words) {
   throw Error(ExitCode::usage, "", "no command given");
 }
 
-// What people typed comes back in messages; control characters of it would break the line or draw on the
-// terminal.
-std::string one_line(const std::string& text) {
-  std::string line;
-  for (const char c : text) {
-    const auto code = static_cast<unsigned char>(c);
-    char escape[8];
-    std::snprintf(escape, sizeof escape, "\\x%02x", code);
-    line += code < ' ' || code == 0x7F ? std::string(escape) : std::string(1, c);
-  }
-  return line;
-}
-
 // "scene.toml:12:3: what is wrong" as editors like it; "firn: what is wrong" where there is no place to name.
 ExitCode complain(ExitCode code, const std::string& what, const std::string& where = "") {
-  std::fprintf(stderr, "%s%s\n", where.empty() ? "firn: " : "", one_line(what).c_str());
+  std::fprintf(stderr, "%s%s\n", where.empty() ? "firn: " : "", escape_control(what).c_str());
   return code;
 }
 

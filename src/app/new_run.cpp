@@ -10,7 +10,7 @@
 #include "src/core/error.h"
 #include "src/core/isa.h"
 #include "src/io/exr.h"
-#include "src/io/movie.h"
+#include "src/io/program.h"
 #include "src/scene/validate.h"
 
 namespace firn {

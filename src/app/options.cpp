@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "src/core/error.h"
-#include "src/io/movie.h"
+#include "src/io/program.h"
 #include "src/io/version.h"
 #include "src/scene/suggest.h"
 

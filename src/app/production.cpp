@@ -15,6 +15,7 @@
 #include "src/io/images.h"
 #include "src/io/movie.h"
 #include "src/io/particle_file.h"
+#include "src/io/program.h"
 #include "src/io/version.h"
 #include "src/scene/name.h"
 #include "src/scene/scene.h"
@@ -35,8 +36,6 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-std::string hash_of(std::string_view bytes) { return hex(hash_bytes(bytes.data(), bytes.size())); }
-
 }  // namespace
 
 Manifest new_manifest(const Options& options, const SceneConfig& scene, const std::string& isa) {
@@ -55,7 +54,7 @@ Manifest new_manifest(const Options& options, const SceneConfig& scene, const st
   m.started = utc_now();
   m.scene_file = std::filesystem::absolute(scene.file).string();
   m.scene = resolved_toml(scene);
-  m.scene_hash = hash_of(m.scene);
+  m.scene_hash = hash_in_hex(m.scene);
   m.inputs = hash_inputs(scene);
   m.last = scene.time.frames - 1;
   require_utf8(m.scene, scene.file);
@@ -71,7 +70,7 @@ void require_utf8(const std::string& text, const std::string& where) {
 
 std::vector<std::pair<std::string, std::string>> hash_inputs(const SceneConfig& scene) {
   std::vector<std::pair<std::string, std::string>> inputs;
-  for (const std::string& file : input_files(scene)) inputs.emplace_back(file, hash_of(read_file(file)));
+  for (const std::string& file : input_files(scene)) inputs.emplace_back(file, hash_in_hex(read_file(file)));
   return inputs;
 }
 
@@ -228,21 +227,21 @@ void Production::finish_frame(InFlight job) {
 }
 
 void Production::write_pictures(const FrameSlot& slot, FrameRecord& record) {
-  record.film_hash = hash_of(
+  record.film_hash = hash_in_hex(
       {reinterpret_cast<const char*>(slot.picture.rgb.data()), slot.picture.rgb.size() * sizeof(float)});
   const Development development{scene_.output.exposure, scene_.output.tone_map};
   for (const auto& format : scene_.output.formats) {
     for (const PictureFile& file : encode_picture(slot.picture, format, development)) {
       const auto path = folder_.frame(record.frame, file.extension);
       write_file(path, file.bytes);
-      record.files.emplace_back(path.lexically_relative(folder_.path()).string(), hash_of(file.bytes));
+      record.files.emplace_back(path.lexically_relative(folder_.path()).string(), hash_in_hex(file.bytes));
     }
   }
 }
 
 void Production::write_particles(const FrameSlot& slot, FrameRecord& record) {
   const std::string bytes = encode_snapshot(slot.snapshot);
-  record.particles_hash = hash_of(bytes);
+  record.particles_hash = hash_in_hex(bytes);
   if (!manifest_.particles) return;
   const auto path = folder_.particle_file(record.frame);
   if (!in_place) write_file(path, bytes);
@@ -273,6 +272,7 @@ void Production::save_checkpoint(Checkpoint checkpoint) {
 void Production::save_position(std::vector<Snapshot> pending) {
   Checkpoint checkpoint = simulated->checkpoint();
   std::vector<PendingFrame> frames;
+  frames.reserve(pending.size() + checkpoint.pending.size());
   for (Snapshot& snow : pending) frames.push_back({in_flight_.at(snow.frame).record, std::move(snow)});
   std::move(checkpoint.pending.begin(), checkpoint.pending.end(), std::back_inserter(frames));
   checkpoint.pending = std::move(frames);
@@ -295,7 +295,7 @@ void Production::make_movie(const std::atomic<bool>& stop) {
   progress_.say(ffmpeg ? "Making the movie with ffmpeg." : "Making the movie.");
   const std::filesystem::path movie = ffmpeg ? make_mp4(job, stop) : make_webp(job, stop);
   manifest_.movie = movie.filename().string();
-  manifest_.movie_hash = hash_of(read_file(movie));
+  manifest_.movie_hash = hash_in_hex(read_file(movie));
   std::error_code ignored;  // a movie of the other kind, made before, does not show these pictures
   for (const char* kind : {".mp4", ".webp"}) {
     if (movie.extension() != kind) std::filesystem::remove(job.out.string() + kind, ignored);

@@ -11,7 +11,7 @@
 #include "src/app/new_run.h"
 #include "src/app/verify.h"
 #include "src/core/isa.h"
-#include "src/io/movie.h"
+#include "src/io/program.h"
 
 namespace firn {
 namespace {

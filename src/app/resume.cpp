@@ -14,7 +14,7 @@
 #include "src/core/isa.h"
 #include "src/io/checkpoint.h"
 #include "src/io/file.h"
-#include "src/io/movie.h"
+#include "src/io/program.h"
 
 namespace firn {
 namespace {

@@ -20,7 +20,7 @@ constexpr std::size_t kSavedBytes = 4 * kColumns + 16;  // a particle's, with it
 
 std::string snapshot_hash(const Snapshot& snapshot) {
   const std::string bytes = encode_snapshot(snapshot);
-  return hex(hash_bytes(bytes.data(), bytes.size()));
+  return hash_in_hex(bytes);
 }
 
 SimulatedSnow::SimulatedSnow(Simulation simulation, double seconds_per_frame)

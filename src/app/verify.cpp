@@ -11,18 +11,13 @@ namespace {
 
 constexpr std::string_view kPictures = "frames/";
 
-std::string hash_of(const std::filesystem::path& file) {
-  const std::string bytes = read_file(file);
-  return hex(hash_bytes(bytes.data(), bytes.size()));
-}
-
 }  // namespace
 
 std::string fault_of(const std::filesystem::path& file, const std::string& hash) {
   std::error_code ignored;
   if (!std::filesystem::exists(file, ignored)) return file.string() + " is missing";
   try {
-    return hash_of(file) == hash ? "" : file.string() + " is not what the run wrote";
+    return hash_in_hex(read_file(file)) == hash ? "" : file.string() + " is not what the run wrote";
   } catch (const Error& error) {
     return error.what();
   }
@@ -58,7 +53,8 @@ bool has_pictures(const RunFolder& folder, const Manifest& manifest, int frame) 
 void require_inputs(const Manifest& manifest, const SceneConfig& scene) {
   const std::vector<std::string> used = input_files(scene);
   for (const auto& [file, hash] : manifest.inputs) {
-    if (std::find(used.begin(), used.end(), file) == used.end() || hash_of(file) == hash) continue;
+    if (std::find(used.begin(), used.end(), file) == used.end() || hash_in_hex(read_file(file)) == hash)
+      continue;
     throw Error(ExitCode::io, file,
                 "has changed since the run began: put the old file back, or start a new run");
   }

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "src/core/error.h"
+#include "src/core/text.h"
 
 namespace firn {
 namespace {
@@ -67,11 +68,6 @@ HeightRaster read_pgm(std::istream& in, const std::string& path, bool text,
   return HeightRaster(columns, rows, std::move(heights), extent->x(), extent->z());
 }
 
-std::string lower(std::string word) {
-  for (char& c : word) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
-  return word;
-}
-
 // Header lines are "key value" until the first line that starts with a number.
 std::map<std::string, double> grid_header(std::istream& in, const std::string& path) {
   std::map<std::string, double> header;
@@ -79,7 +75,7 @@ std::map<std::string, double> grid_header(std::istream& in, const std::string& p
     std::string key;
     double value = 0;
     if (!(in >> key >> value)) refuse(path, "has a damaged raster header after '" + key + "'");
-    header[lower(key)] = value;
+    header[lower_case(key)] = value;
   }
   for (const char* key : {"ncols", "nrows", "cellsize"}) {
     if (!header.count(key))

@@ -119,7 +119,7 @@ double signed_distance(const Shape& shape, const Vec3& world) {
 }
 
 Bounds world_bounds(const Shape& shape) {
-  const Bounds local = std::visit([](const auto& form) { return local_bounds(form); }, shape.form);
+  Bounds local = std::visit([](const auto& form) { return local_bounds(form); }, shape.form);
   if (std::holds_alternative<HalfSpace>(shape.form)) return local;
   if (std::holds_alternative<Ball>(shape.form)) {
     return {local.min + shape.pose.translation, local.max + shape.pose.translation};

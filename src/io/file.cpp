@@ -126,4 +126,6 @@ std::string hex(std::uint64_t hash) {
   return text;
 }
 
+std::string hash_in_hex(std::string_view bytes) { return hex(hash_bytes(bytes.data(), bytes.size())); }
+
 }  // namespace firn

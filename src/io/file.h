@@ -21,5 +21,6 @@ std::string read_standard_input(
 std::uint64_t hash_bytes(const void* bytes, std::size_t size);        // XXH3, 64 bits
 std::uint64_t hash_pieces(std::span<const std::string_view> pieces);  // as of one array
 std::string hex(std::uint64_t hash);                                  // 16 lower-case digits
+std::string hash_in_hex(std::string_view bytes);
 
 }  // namespace firn

@@ -162,7 +162,7 @@ constexpr std::string_view kHashKey = ",\n \"hash\": \"", kEnd = "\n}";
 void check_hash(const std::string& text, const std::string& where) {
   const std::size_t at = text.rfind(kHashKey);
   if (at == std::string::npos ||
-      text.compare(at + kHashKey.size(), 16, hex(hash_bytes(text.data(), at))) != 0)
+      text.compare(at + kHashKey.size(), 16, hash_in_hex(std::string_view(text).substr(0, at))) != 0)
     throw Error(ExitCode::io, where, "damaged manifest: it is not as firn wrote it");
 }
 
@@ -173,8 +173,7 @@ void check(const Manifest& m, const std::string& where) {
   };
   if (m.first < 0 || m.last < m.first || m.last > kMostFrames)
     fail("its frames are " + std::to_string(m.first) + "-" + std::to_string(m.last));
-  if (hex(hash_bytes(m.scene.data(), m.scene.size())) != m.scene_hash)
-    fail("its scene is not the one that the run began with");
+  if (hash_in_hex(m.scene) != m.scene_hash) fail("its scene is not the one that the run began with");
   int before = m.first - 1;
   for (const FrameRecord& record : m.frames) {
     if (record.frame <= before || record.frame > m.last)
@@ -190,7 +189,7 @@ void write_manifest(const std::filesystem::path& path, const Manifest& manifest)
   manifest_fields(manifest, Store{json});
   std::string text = json.dump(1, ' ', false, Json::error_handler_t::replace);
   text.resize(text.size() - kEnd.size());
-  const std::string hash = hex(hash_bytes(text.data(), text.size()));
+  const std::string hash = hash_in_hex(text);
   text.append(kHashKey).append(hash).append("\"").append(kEnd);
   write_file(path, text + "\n");
 }

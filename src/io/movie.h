@@ -5,7 +5,6 @@
 #pragma once
 #include <atomic>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,9 +20,6 @@ struct MovieJob {
 
 // The words of the ffmpeg command for this job; never passed through a shell.
 std::vector<std::string> ffmpeg_command(const MovieJob& job);
-std::string shell_line(const std::vector<std::string>& words);  // quoted where needed, to be copied by people
-
-std::optional<std::filesystem::path> find_program(const std::string& name);  // along the PATH
 
 // Errors: io Error if a frame cannot be read, ffmpeg fails (with the end of what it said) or the disk is
 // full; interrupted Error if `stop` is set before it is made.

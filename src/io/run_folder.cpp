@@ -10,7 +10,7 @@
 
 #include "src/core/error.h"
 #include "src/io/file.h"
-#include "src/io/movie.h"
+#include "src/io/program.h"
 
 namespace firn {
 namespace {

@@ -63,7 +63,7 @@ void check(WebPMuxError error, const fs::path& movie) {
 }  // namespace
 
 fs::path make_webp(const MovieJob& job, const std::atomic<bool>& stop) {
-  const fs::path movie = job.out.string() + ".webp";
+  fs::path movie = job.out.string() + ".webp";
   std::vector<std::string> encoded(static_cast<std::size_t>(job.last - job.first + 1));
   parallel_for(encoded.size(), 1, [&](std::size_t i) {
     if (stop) return;

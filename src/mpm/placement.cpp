@@ -122,6 +122,7 @@ void fill_columns(Simulation::State& state) {
   std::vector<PlacedSnow>& snow = state.setup.snow;
   const Sources sources(snow);
   std::vector<Mat3> gradients;
+  gradients.reserve(snow.size());
   for (const PlacedSnow& s : snow) gradients.push_back(affine_velocity(s));
   const auto place = [&](std::size_t id) {
     const std::size_t object = sources.object_of(id);

@@ -187,7 +187,7 @@ struct Renderer::State {
   Choice choose(const Snapshot& snapshot, RenderStats& stats, const std::atomic<bool>& stop) {
     const auto start = Clock::now();
     const RenderSetup asked = setup;
-    const Choice choice = choose_integrator(asked, [&](const ImageSettings& image, std::uint64_t seed) {
+    Choice choice = choose_integrator(asked, [&](const ImageSettings& image, std::uint64_t seed) {
       setup.seed = seed;
       return shoot(snapshot, image, stop);
     });

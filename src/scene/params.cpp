@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The schema for people: `firn params` and docs/scene_format.md.
-#include <cctype>
 #include <ostream>
 #include <sstream>
 
 #include "src/core/error.h"
+#include "src/core/text.h"
 #include "src/scene/presets.h"
 #include "src/scene/scene.h"
 #include "src/scene/schema.h"
@@ -91,11 +91,6 @@ void print_presets(std::ostream& out) {
   }
 }
 
-std::string lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
 // Prints the keys of which `wanted(name, key)` is true; whether there were any.
 template <class Wanted>
 bool print_keys(std::ostream& out, const Wanted& wanted) {
@@ -124,8 +119,8 @@ std::vector<std::string> all_names() {
 void print_params(std::ostream& out, const std::string& word) {
   const auto begins = [&](const std::string& name, const KeySpec&) { return name.starts_with(word); };
   const auto tells = [&](const std::string& name, const KeySpec& key) {
-    return lower(name).find(lower(word)) != std::string::npos ||
-           lower(key.notes.meaning).find(lower(word)) != std::string::npos;
+    return lower_case(name).find(lower_case(word)) != std::string::npos ||
+           lower_case(key.notes.meaning).find(lower_case(word)) != std::string::npos;
   };
   if (print_keys(out, begins) || print_keys(out, tells)) return;
   throw Error(ExitCode::usage, "",

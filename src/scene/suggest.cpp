@@ -2,8 +2,9 @@
 #include "src/scene/suggest.h"
 
 #include <algorithm>
-#include <cctype>
 #include <utility>
+
+#include "src/core/text.h"
 
 namespace firn {
 namespace {
@@ -74,11 +75,6 @@ constexpr std::pair<const char*, const char*> kSynonyms[] = {
     {"rotate", "rotation"},
 };
 
-std::string lower(std::string word) {
-  for (char& c : word) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return word;
-}
-
 bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
@@ -106,7 +102,7 @@ int edit_distance(const std::string& a, const std::string& b) {
 std::string suggestion(const std::string& word, const std::vector<std::string>& names) {
   if (word.size() > kLongestWord) return "";
   for (const auto& [other, here] : kSynonyms) {
-    if (lower(word) == other && contains(names, here)) return words(here);
+    if (lower_case(word) == other && contains(names, here)) return words(here);
   }
   const std::string* best = nullptr;
   int least =

@@ -59,7 +59,7 @@ RawTable convert_table(const toml::table& table, const std::string& file) {
   return result;
 }
 
-std::string one_line(std::string text) {
+std::string join_lines(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text;
 }
@@ -124,7 +124,7 @@ RawTable parse_toml(std::string_view text, const std::string& file) {
   try {
     return convert_table(toml::parse(text, std::string_view(file)), file);
   } catch (const toml::parse_error& error) {
-    throw Error(ExitCode::usage, place(file, error.source()), one_line(std::string(error.description())));
+    throw Error(ExitCode::usage, place(file, error.source()), join_lines(std::string(error.description())));
   }
 }
 
@@ -139,7 +139,7 @@ RawValue parse_toml_value(const std::string& text, const std::string& where) {
   } catch (const toml::parse_error& error) {
     if (!is_bare_word(text)) {
       throw Error(ExitCode::usage, where,
-                  "'" + text + "' is not a TOML value: " + one_line(std::string(error.description())));
+                  "'" + text + "' is not a TOML value: " + join_lines(std::string(error.description())));
     }
   }
   place_everything_at(result, where);

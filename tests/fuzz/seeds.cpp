@@ -46,7 +46,7 @@ void write_snow(const std::filesystem::path& folder) {
   write_checkpoint(place(folder, "checkpoint", "two"), two);
   write_checkpoint(place(folder, "checkpoint", "none"), {42, 7, 9, {}, state.str()});
   Manifest manifest;
-  manifest.scene_hash = hex(hash_bytes("", 0));
+  manifest.scene_hash = hash_in_hex("");
   write_manifest(place(folder, "manifest", "empty.json"), manifest);
   FrameRecord frame;
   frame.metrics = snow.metrics();

@@ -42,8 +42,6 @@ class FullDisk {
   void (*old_signal_)(int);
 };
 
-std::string hash_of(const std::string& text) { return hex(hash_bytes(text.data(), text.size())); }
-
 Manifest example() {
   Manifest m;
   m.status = "complete";
@@ -54,7 +52,7 @@ Manifest example() {
   m.first = 2;
   m.last = 5;
   m.scene = "[camera]\nfov = 35\n";
-  m.scene_hash = hash_of(m.scene);
+  m.scene_hash = hash_in_hex(m.scene);
   m.inputs = {{"/srv/hill.asc", "00aa"}};
   m.movie_hash = "0011";
   FrameRecord frame;
@@ -269,7 +267,7 @@ TEST_CASE("metrics.csv names the colliders whose forces it tells, and the plasti
 TEST_CASE("the manifest keeps the forces of the colliders") {
   Scratch scratch;
   Manifest manifest;
-  manifest.scene_hash = hash_of("");
+  manifest.scene_hash = hash_in_hex("");
   manifest.frames.resize(1);
   manifest.frames[0].metrics.contacts = {{"ground", Vec3(1, -2, 0.5)}};
   manifest.frames[0].metrics.plastic_work = 0.25;

@@ -13,6 +13,7 @@
 #include "src/io/file.h"
 #include "src/io/images.h"
 #include "src/io/movie.h"
+#include "src/io/program.h"
 #include "tests/catch.h"
 #include "tests/io/scratch.h"
 

@@ -33,7 +33,7 @@ Snapshot random_snapshot(std::size_t count, int frame) {
   return s;
 }
 
-bool same(Snapshot a, Snapshot b) {
+bool same(const Snapshot& a, const Snapshot& b) {
   if (a.frame != b.frame || a.time != b.time || a.origin != b.origin || a.dx != b.dx) return false;
   return encode_snapshot(a) == encode_snapshot(b);
 }

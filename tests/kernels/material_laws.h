@@ -59,7 +59,7 @@ inline void check_stress_is_the_derivative_of_energy(const kernels::MaterialPara
     double tau[9];
     kernels::reference::stress(m, p.F, 1, tau);
     for (int k = 0; k < 9; ++k) {
-      double energy[2];
+      double energy[2] = {};
       for (const int side : {0, 1}) {
         double f[9];
         std::copy(p.F, p.F + 9, f);

@@ -137,7 +137,7 @@ TEST_CASE("a camera with key frames goes straight between them and rests outside
 }
 
 TEST_CASE("a camera that cannot see is a usage Error") {
-  const auto refused = [](Camera camera, ImageSettings image) {
+  const auto refused = [](const Camera& camera, const ImageSettings& image) {
     try {
       CameraRays rays(camera, image);
     } catch (const Error& error) {

@@ -20,7 +20,7 @@ TEST_CASE("a heap has the volume, object and motion of its particle and lies aro
   snow.object[7] = 4;
   for (const int detail : {1, 2, 3}) {
     const Snapshot fine = with_relief(snow, detail);
-    const std::size_t parts = static_cast<std::size_t>(detail * detail * detail);
+    const std::size_t parts = static_cast<std::size_t>(detail) * detail * detail;
     REQUIRE(fine.size() == parts * snow.size());
     CHECK(fine.origin == snow.origin);
     Vec3 off = Vec3::Zero();

@@ -38,7 +38,7 @@ Colour middle(RenderSetup setup, int seeds, Layer layer = Layer::beauty) {
     Vec3 seen = Vec3::Zero();
     for (int y = 6; y < 18; ++y) {
       for (int x = 6; x < 18; ++x) {
-        for (int c = 0; c < 3; ++c) seen[c] += values[static_cast<std::size_t>(3 * (24 * y + x) + c)] / 144.0;
+        for (int c = 0; c < 3; ++c) seen[c] += values[3 * (24 * y + x) + c] / 144.0;
       }
     }
     return seen;

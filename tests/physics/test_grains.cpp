@@ -177,7 +177,7 @@ TEST_CASE("sand let go from a wall runs out along a channel as in the laboratory
 
 TEST_CASE("cohesion holds up a cube that collapses without it", "[physics]") {
   constexpr double kDx = 0.0125, kSide = 0.1;
-  double height[2];
+  double height[2] = {};
   for (const int cohesive : {0, 1}) {
     Material m = sand();
     m.cohesion = cohesive * 5e-3;
@@ -225,7 +225,7 @@ TEST_CASE("Cam-Clay snow bears a load below its strength and is packed by one ab
 
 TEST_CASE("a cube of strong Cam-Clay snow stands by itself, one without strength falls apart", "[physics]") {
   constexpr double kDx = 0.0125, kSide = 0.1;
-  double height[2];
+  double height[2] = {};
   for (const int strong : {0, 1}) {
     Material m;
     m.model = kKindOf<kernels::CamClay>;

@@ -20,8 +20,8 @@ inline SnowLook look_of(double optical, double density = 400) {
 }
 
 struct Scene {
-  Scene(Snapshot given, std::vector<SnowLook> looks, SnowShape shape = SnowShape::smooth,
-        SnowOptics optics = {}, const kernels::TraceKernels& table = best_trace())
+  Scene(Snapshot given, const std::vector<SnowLook>& looks, SnowShape shape = SnowShape::smooth,
+        const SnowOptics& optics = {}, const kernels::TraceKernels& table = best_trace())
       : kernels(table), snapshot(std::move(given)), grid(table), field(table) {
     grid.build(snapshot, looks, true);
     field.build(grid, snapshot, looks, shape);

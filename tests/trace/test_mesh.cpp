@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Rays against meshes: the tree of boxes and triangles in lanes answers, to the last bit, what all triangles
 // asked in double answer.
+#include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 #include <vector>

@@ -96,8 +96,8 @@ TEST_CASE("rays end on the surface of a shape, and cross no surface before") {
 }
 
 TEST_CASE("rays end on the triangles of a height field") {
-  std::vector<double> heights;
-  for (int i = 0; i < 9 * 7; ++i) heights.push_back(0.2 * uniform_double(hash_keys(3, i)));
+  std::vector<double> heights(9 * 7);
+  for (std::size_t i = 0; i < heights.size(); ++i) heights[i] = 0.2 * uniform_double(hash_keys(3, i));
   Shape shape;
   shape.form = HeightField{std::make_shared<HeightRaster>(9, 7, heights, 2.0, 1.5), -0.5};
   const ObjectSet set = only(shape);

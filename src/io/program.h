@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+// Other programs as child processes: their words as a vector, never through a shell, and what they say
+// through a pipe.
+#pragma once
+#include <atomic>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace firn {
+
+struct Outcome {
+  int status = -1;   // as of waitpid; -1 if it could not be started
+  std::string said;  // stdout and stderr, the last part
+};
+
+// Runs the words to their end, or ends the program when `stop` is set; nothing on stdin.
+Outcome run_program(std::vector<std::string> words, const std::atomic<bool>& stop);
+
+std::optional<std::filesystem::path> find_program(const std::string& name);  // along the PATH
+std::string shell_line(const std::vector<std::string>& words);  // quoted where needed, to be copied by people
+
+}  // namespace firn
