@@ -38,7 +38,7 @@ def render(firn, scene, seed, settings, folder):
     words = [firn, "render", scene, "--seed", seed, "--quiet", "--overwrite", "--out", folder]
     words += [word for setting in settings for word in ("--set", setting)]
     subprocess.run(list(map(str, words)), check=True, stdout=subprocess.DEVNULL)
-    frame = json.loads((Path(folder) / "run.json").read_text())["frames"][0]
+    frame = json.loads((Path(folder) / "frames.jsonl").read_text().splitlines()[0])
     return picture(next(Path(folder).glob("frames/*.pfm"))), frame["trace_s"], frame["choice_s"], frame["integrator"].split(":")[0]
 
 

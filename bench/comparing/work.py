@@ -32,6 +32,12 @@ def read_json(path):
     return json.loads(path.read_text()) if path.exists() else {}
 
 
+def journal_of(path):
+    """The records of the frames, in their order; commits before version 0.2 keep them in run.json."""
+    records = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+    return sorted(records, key=lambda record: record["frame"])
+
+
 def total(frames, key):
     """The sum over the frames, or None if this version does not tell it."""
     values = [frame.get(key) for frame in frames]
@@ -41,14 +47,15 @@ def total(frames, key):
 def read_run(folder):
     """Seconds by stage and hashes of a run folder."""
     run = read_json(folder / "run.json")
-    frames = run.get("frames", [])
+    frames = run.get("frames") or journal_of(folder / "frames.jsonl")
     sums = {key: total(frames, key) for key in ("simulate_s", "trace_s", "choice_s", "write_s", "rays", "particle_steps")}
     for rate, amount, seconds in (("rays_per_second", "rays", "trace_s"),
                                   ("particle_steps_per_second", "particle_steps", "simulate_s")):
         sums[rate] = sums[amount] / sums[seconds] if sums[amount] and sums[seconds] else None
     told = {key: run.get(key) for key in ("bytes_per_particle", "threads", "isa")}
     leaves = {key: value for key, value in {**sums, **told, "frames": len(frames)}.items() if value is not None}
-    hashes = [frame.get(key, "") for frame in frames for key in ("particles_hash", "film_hash")]
+    hashes = [hash for frame in frames
+              for hash in (frame.get("particles_hash", ""), frame.get("picture_hash", frame.get("film_hash", "")))]
     return Reading(leaves, hashlib.sha256(" ".join(hashes).encode()).hexdigest()[:16] if any(hashes) else "")
 
 

@@ -1,30 +1,66 @@
 // SPDX-License-Identifier: MIT
+// What this program is and can do; or what a run is and did, whoever is at work on it.
 #include <cstdio>
+#include <iostream>
 #include <string>
 #include <thread>
 
 #include "src/app/commands.h"
+#include "src/app/report.h"
 #include "src/core/isa.h"
+#include "src/io/exr.h"
+#include "src/io/manifest.h"
 #include "src/io/program.h"
+#include "src/io/run_folder.h"
 #include "src/io/version.h"
 
 namespace firn {
+namespace {
 
-ExitCode info_command(const Options&) {
+void line(const char* name, const std::string& value) { std::printf("%-18s%s\n", name, value.c_str()); }
+
+void print_program() {
   std::string isas;
   for (const auto* kernels : supported_kernels())
     isas += std::string(isas.empty() ? "" : ", ") + kernels->isa;
   const auto ffmpeg = find_program("ffmpeg");
-  const auto line = [](const char* name, const std::string& value) {
-    std::printf("%-18s%s\n", name, value.c_str());
-  };
   line("version", version() + " (" + revision() + ")");
   line("compiler", compiler() + ", " + build_type() + " build");
   line("cpu", cpu_name() + ", " + std::to_string(std::thread::hardware_concurrency()) + " threads");
   line("instruction sets", isas + " (chosen: " + choose_kernels("auto").isa + ")");
-  line("pictures", "png, ppm, pfm");
+  line("pictures", has_exr() ? "png, ppm, pfm, exr" : "png, ppm, pfm");
   line("movie",
        ffmpeg ? "mp4 through " + ffmpeg->string() : std::string("animated WebP (no ffmpeg on the PATH)"));
+}
+
+void print_run(const RunFolder& folder, const Manifest& m) {
+  line("run", folder.path().string());
+  line("status", m.error.empty() ? m.status : m.status + ": " + m.error);
+  line("frames", std::to_string(m.frames.size()) + " finished of " + std::to_string(m.first) + "-" +
+                     std::to_string(m.last));
+  line("scene", m.scene_file + ", seed " + std::to_string(m.seed));
+  if (!m.snow_from.empty()) line("snow from", m.snow_from);
+  line("command", m.command);
+  line("started", m.started);
+  line("version", m.version + " (" + m.revision + "), " + m.compiler + ", " + m.build_type + " build");
+  line("cpu", m.cpu);
+  std::printf("\n%s\n", closing_report(folder, m, {}).c_str());
+}
+
+}  // namespace
+
+ExitCode info_command(const Options& options) {
+  if (options.target.empty()) {
+    print_program();
+    return ExitCode::ok;
+  }
+  const RunFolder folder = RunFolder::open(options.target);
+  const Manifest manifest = read_manifest(folder.manifest(), folder.journal());
+  if (options.json) {
+    print_manifest(std::cout, manifest);
+  } else {
+    print_run(folder, manifest);
+  }
   return ExitCode::ok;
 }
 

@@ -99,7 +99,12 @@ void add_commands(CLI::App& app, Typed& typed) {
       "WORD", typed.options.target,
       "Only keys that begin so, e.g. snow or image.width, or else that have it in their meaning");
   params->add_flag("--markdown", typed.options.markdown, "Print the page docs/scene_format.md instead");
-  add_command(app, typed, "info", "Print version, compiler, CPU, instruction sets and features");
+  auto* info =
+      add_command(app, typed, "info",
+                  "Print version, compiler, CPU, instruction sets and features; of a RUN what it did");
+  CLI::Option* run_folder = info->add_option("RUN", typed.options.target, "Run folder");
+  info->add_flag("--json", typed.options.json, "The manifest of the RUN and its frames, as JSON")
+      ->needs(run_folder);
 }
 
 SceneOverride parse_override(const std::string& text) {

@@ -13,7 +13,7 @@ namespace firn {
 
 struct Options {
   std::string command;  // run simulate render resume check params info
-  std::string target;   // SCENE, RUN, or the prefix of `params`
+  std::string target;   // SCENE, RUN, or the prefix of `params`; empty where it may be left out
   std::string typed;    // the whole command line, for the manifest
   std::vector<SceneOverride> overrides;
   bool quick = false;
@@ -22,6 +22,7 @@ struct Options {
   bool quiet = false;
   bool overlap = true;
   bool markdown = false;  // params: as the page docs/scene_format.md
+  bool json = false;      // info
   int threads = 0;        // 0: all
   std::string isa = "auto";
   std::optional<std::string> out;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The stages of the frame graph as this program fills them, and what is on disk after each way a session can
-// end. A frame counts as finished when the manifest has it; the manifest is written after the frame's files
-// and before a checkpoint that relies on it, so a power cut at any point leaves a run that can be resumed.
+// end. A frame counts as finished when the journal has it; its line is written after the frame's files and
+// before a checkpoint that relies on it, so a power cut at any point leaves a run that can be resumed.
 #include "src/app/production.h"
 
 #include <algorithm>
@@ -13,6 +13,7 @@
 #include "src/io/checkpoint.h"
 #include "src/io/file.h"
 #include "src/io/images.h"
+#include "src/io/journal.h"
 #include "src/io/movie.h"
 #include "src/io/particle_file.h"
 #include "src/io/program.h"
@@ -87,8 +88,11 @@ void Production::begin(int first) {
   if (!in_place) {
     std::erase_if(manifest_.frames, [first](const FrameRecord& record) { return record.frame >= first; });
     manifest_.error.clear();
-    save_manifest("running");
   }
+  // Before the manifest, in which version 0.1 kept the frames. The journal of a run that is replaced is left
+  // until there is a new manifest, which cannot read it.
+  if (folder_.opened()) replace_journal(folder_.journal(), manifest_.key(), manifest_.frames);
+  if (!in_place) save_manifest("running");
   folder_.begin();
   log_.open(folder_.log());
   log_.add(manifest_.command);
@@ -213,6 +217,7 @@ bool Production::write(int frame, FrameSlot& slot) {
 }
 
 void Production::finish_frame(InFlight job) {
+  append_journal(folder_.journal(), manifest_.key(), job.record);
   auto& frames = manifest_.frames;
   const auto place = std::lower_bound(frames.begin(), frames.end(), job.record.frame,
                                       [](const FrameRecord& a, int frame) { return a.frame < frame; });
@@ -222,12 +227,12 @@ void Production::finish_frame(InFlight job) {
     frames.insert(place, std::move(job.record));
   }
   manifest_.bytes_per_particle = std::max(manifest_.bytes_per_particle, job.bytes_per_particle);
-  if (job.checkpoint || Clock::now() - manifest_saved_ > kManifestEvery) save_manifest("running");
+  if (Clock::now() - manifest_saved_ > kManifestEvery) save_manifest("running");
   if (job.checkpoint) save_checkpoint(std::move(*job.checkpoint));
 }
 
 void Production::write_pictures(const FrameSlot& slot, FrameRecord& record) {
-  record.film_hash = hash_in_hex(
+  record.picture_hash = hash_in_hex(
       {reinterpret_cast<const char*>(slot.picture.rgb.data()), slot.picture.rgb.size() * sizeof(float)});
   const Development development{scene_.output.exposure, scene_.output.tone_map};
   for (const auto& format : scene_.output.formats) {

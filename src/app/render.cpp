@@ -44,7 +44,7 @@ ExitCode render_run(const Options& options) {
   const auto& kernels = choose_kernels(options.isa);
   RunFolder source = RunFolder::open(options.target);
   if (!options.out) source.lock();
-  const Manifest simulated = read_manifest(source.manifest());
+  const Manifest simulated = read_manifest(source.manifest(), source.journal());
   require_scene(source, simulated);
   const auto frames = frames_to_show(options, source, simulated);
   if (options.quick)

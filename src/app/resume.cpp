@@ -84,7 +84,7 @@ ExitCode end(Production& run, int first) {
 ExitCode resume_command(const Options& options) {
   RunFolder folder = RunFolder::open(options.target);
   folder.lock();
-  Manifest manifest = read_manifest(folder.manifest());
+  Manifest manifest = read_manifest(folder.manifest(), folder.journal());
   require_scene(folder, manifest);
   const auto [first, why] = first_unfinished(folder, manifest);
   const std::string isa = isa_of(options, manifest);

@@ -76,7 +76,7 @@ Checkpoint SimulatedSnow::checkpoint() const {
 }
 
 RecordedSnow::RecordedSnow(const std::filesystem::path& run) : folder_(RunFolder::open(run)) {
-  const Manifest manifest = read_manifest(folder_.manifest());
+  const Manifest manifest = read_manifest(folder_.manifest(), folder_.journal());
   for (const auto& record : manifest.frames) records_[record.frame] = record;
 }
 

@@ -11,6 +11,10 @@ namespace {
 
 constexpr std::string_view kPictures = "frames/";
 
+std::string untold(const RunFolder& folder, int frame) {
+  return folder.journal().string() + " has no whole line of frame " + std::to_string(frame);
+}
+
 }  // namespace
 
 std::string fault_of(const std::filesystem::path& file, const std::string& hash) {
@@ -26,7 +30,7 @@ std::string fault_of(const std::filesystem::path& file, const std::string& hash)
 Unfinished first_unfinished(const RunFolder& folder, const Manifest& manifest) {
   int frame = manifest.first;
   for (const FrameRecord& record : manifest.frames) {
-    if (record.frame != frame) break;
+    if (record.frame != frame) return {frame, untold(folder, frame)};
     for (const auto& [file, hash] : record.files) {
       if (!manifest.pictures && file.starts_with(kPictures)) continue;
       if (std::string why = fault_of(folder.path() / file, hash); !why.empty())
@@ -34,7 +38,8 @@ Unfinished first_unfinished(const RunFolder& folder, const Manifest& manifest) {
     }
     ++frame;
   }
-  return {frame, ""};
+  const bool lost = manifest.status == "complete" && frame <= manifest.last;
+  return {frame, lost ? untold(folder, frame) : ""};
 }
 
 bool has_pictures(const RunFolder& folder, const Manifest& manifest, int frame) {

@@ -82,6 +82,14 @@ void write_pieces(const fs::path& path, std::span<const std::string_view> pieces
   }
 }
 
+void append_file(const fs::path& path, std::string_view bytes) {
+  const Descriptor file{::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK, 0666)};
+  if (file.number < 0) fail(path, "write", errno);
+  int error = write_all(file.number, bytes);
+  if (error == 0) error = flush(file.number);
+  if (error != 0) fail(path, "write", error);
+}
+
 std::string read_file(const fs::path& path) {
   // A pipe without a writer would let even open() wait.
   const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};

@@ -14,6 +14,9 @@ namespace firn {
 // Errors: io Error that names the path and the system's reason.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 void write_pieces(const std::filesystem::path& path, std::span<const std::string_view> pieces);  // one file
+// Adds to the end of a file and flushes it to the disk; makes the file if there is none. Errors: io Error; a
+// part of the bytes may be there then.
+void append_file(const std::filesystem::path& path, std::string_view bytes);
 std::string read_file(const std::filesystem::path& path);  // refuses what is no regular file: pipes, devices
 std::string read_standard_input(
     std::size_t most);  // to its end; io Error if there are more bytes than `most`

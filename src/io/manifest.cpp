@@ -3,9 +3,11 @@
 #include "src/io/manifest.h"
 
 #include <nlohmann/json.hpp>
+#include <ostream>
 
 #include "src/core/error.h"
 #include "src/io/file.h"
+#include "src/io/journal.h"
 
 namespace firn {
 namespace {
@@ -58,7 +60,7 @@ void frame_fields(R& r, F&& field) {
   field("particle_steps", r.particle_steps);
   field("metrics", r.metrics);
   field("particles_hash", r.particles_hash);
-  field("film_hash", r.film_hash);
+  field("picture_hash", r.picture_hash);
   field("files", r.files);
 }
 
@@ -87,7 +89,6 @@ void manifest_fields(M& m, F&& field) {
   field("bytes_per_particle", m.bytes_per_particle);
   field("movie", m.movie);
   field("movie_hash", m.movie_hash);
-  field("frames", m.frames);
   field("inputs", m.inputs);
   field("snow_from", m.snow_from);
   field("scene_file", m.scene_file);
@@ -112,10 +113,6 @@ struct Store {
       to("collider", contact.collider);
       to("force", contact.force);
     }
-  }
-  void operator()(const char* name, const std::vector<FrameRecord>& frames) const {
-    Json& list = json[name] = Json::array();
-    for (const auto& frame : frames) frame_fields(frame, Store{list.emplace_back(Json::object())});
   }
   void operator()(const char* name, const std::vector<std::pair<std::string, std::string>>& files) const {
     Json& map = json[name] = Json::object();
@@ -147,9 +144,6 @@ struct Load {
       from("force", contact.force);
     }
   }
-  void operator()(const char* name, std::vector<FrameRecord>& frames) const {
-    for (const auto& item : json.at(name)) frame_fields(frames.emplace_back(), Load{item});
-  }
   void operator()(const char* name, std::vector<std::pair<std::string, std::string>>& files) const {
     for (const auto& [file, hash] : json.at(name).items())
       files.emplace_back(file, hash.template get<std::string>());
@@ -158,6 +152,25 @@ struct Load {
 
 // The hash is the last field, and is of all text before it. Version 0.1 wrote none.
 constexpr std::string_view kHashKey = ",\n \"hash\": \"", kEnd = "\n}";
+
+// All fields, but not the end, after which others may follow.
+std::string text_of(const Manifest& manifest) {
+  Json json = Json::object();
+  manifest_fields(manifest, Store{json});
+  std::string text = json.dump(1, ' ', false, Json::error_handler_t::replace);
+  text.resize(text.size() - kEnd.size());
+  return text;
+}
+
+// As version 0.1 kept them.
+std::vector<FrameRecord> early_frames(Json& list) {
+  std::vector<FrameRecord> frames;
+  for (Json& item : list) {
+    if (item.contains("film_hash")) item["picture_hash"] = item["film_hash"];
+    frame_fields(frames.emplace_back(), Load{item});
+  }
+  return frames;
+}
 
 void check_hash(const std::string& text, const std::string& where) {
   const std::size_t at = text.rfind(kHashKey);
@@ -185,31 +198,42 @@ void check(const Manifest& m, const std::string& where) {
 }  // namespace
 
 void write_manifest(const std::filesystem::path& path, const Manifest& manifest) {
-  Json json = Json::object();
-  manifest_fields(manifest, Store{json});
-  std::string text = json.dump(1, ' ', false, Json::error_handler_t::replace);
-  text.resize(text.size() - kEnd.size());
+  std::string text = text_of(manifest);
   const std::string hash = hash_in_hex(text);
   text.append(kHashKey).append(hash).append("\"").append(kEnd);
   write_file(path, text + "\n");
 }
 
-Manifest read_manifest(const std::filesystem::path& path) {
+Manifest read_manifest(const std::filesystem::path& path, const std::filesystem::path& journal) {
   Manifest manifest;
   const std::string text = read_file(path);
+  bool has_frames = false;
   try {
     Json json = Json::parse(text);
     // What version 0.1 did not write.
     json.emplace("inputs", Json::object());
     json.emplace("movie_hash", "");
     manifest_fields(manifest, Load{json});
+    has_frames = json.contains("frames");
+    if (has_frames) manifest.frames = early_frames(json.at("frames"));
   } catch (const nlohmann::json::exception& error) {
     throw Error(ExitCode::io, path.string(),
                 std::string("not a manifest that this version of firn reads: ") + error.what());
   }
   if (!manifest.version.starts_with("0.1.")) check_hash(text, path.string());
+  if (!has_frames) manifest.frames = read_journal(journal, manifest.key());
   check(manifest, path.string());
   return manifest;
+}
+
+void print_manifest(std::ostream& out, const Manifest& manifest) {
+  out << text_of(manifest) << ",\n \"frames\": [";
+  const char* before = "\n  ";
+  for (const FrameRecord& record : manifest.frames) {
+    out << before << encode_record(record);
+    before = ",\n  ";
+  }
+  out << "\n ]" << kEnd << "\n";
 }
 
 std::string encode_record(const FrameRecord& record) {

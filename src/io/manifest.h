@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// run.json: what made this run, what it did and the hashes of what came out; enough to repeat, resume and
-// compare it.
+// run.json: what made this run and how it stands; with the records of its frames (journal.h) enough to
+// repeat, resume and compare it.
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <iosfwd>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -25,7 +26,7 @@ struct FrameRecord {
   std::uint64_t particle_steps = 0;  // of this frame alone
   Metrics metrics;
   std::string particles_hash;                              // of the snapshot's columns
-  std::string film_hash;                                   // of the linear film; empty without pictures
+  std::string picture_hash;                                // of the linear picture; empty without one
   std::vector<std::pair<std::string, std::string>> files;  // path in the run folder, hash of its bytes
 };
 
@@ -54,12 +55,19 @@ struct Manifest {
   std::vector<FrameRecord> frames;  // finished ones, in order
   std::vector<std::pair<std::string, std::string>>
       inputs;  // files that the scene names: absolute path, hash of its bytes
+
+  // Of this run alone; the lines of its journal are signed with it.
+  std::string key() const { return scene_hash + started; }
 };
 
+// All but the frames.
 void write_manifest(const std::filesystem::path& path, const Manifest& manifest);
-// Errors: io Error for a missing or damaged file: not JSON, without a field, frames that do not ascend or are
-// not of the run, a scene that is not the one of its hash.
-Manifest read_manifest(const std::filesystem::path& path);
+// With the frames of the journal, or, of a run of version 0.1, those in the manifest itself. Errors: io Error
+// for a missing or damaged manifest: not JSON, without a field, frames that do not ascend or are not of the
+// run, a scene that is not the one of its hash.
+Manifest read_manifest(const std::filesystem::path& path, const std::filesystem::path& journal);
+// The manifest and its frames as one JSON object.
+void print_manifest(std::ostream& out, const Manifest& manifest);
 
 // One record as JSON in one line, and back. Errors: io Error at `where` for anything else.
 std::string encode_record(const FrameRecord& record);

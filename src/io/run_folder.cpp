@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 
 // Everything that a run writes; --overwrite removes these and nothing else.
 constexpr const char* kOwnNames[] = {
-    "run.json", "scene.resolved.toml", "log.txt",     "metrics.csv", "trace.json",
-    "frames",   "particles",           "checkpoints", "movie.mp4",   "movie.webp"};
+    "run.json", "frames.jsonl", "scene.resolved.toml", "log.txt",   "metrics.csv", "trace.json",
+    "frames",   "particles",    "checkpoints",         "movie.mp4", "movie.webp"};
 
 [[noreturn]] void fail(const fs::path& path, const std::string& reason) {
   throw Error(ExitCode::io, path.string(), "cannot write into this folder: " + reason);

@@ -41,8 +41,10 @@ class RunFolder {
     return made_;
   }  // folders that go again unless it is kept
 
+  bool opened() const { return opened_; }  // an existing run, not taken for a new one
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path manifest() const { return path_ / "run.json"; }
+  std::filesystem::path journal() const { return path_ / "frames.jsonl"; }
   std::filesystem::path scene() const { return path_ / "scene.resolved.toml"; }
   std::filesystem::path log() const { return path_ / "log.txt"; }
   std::filesystem::path metrics() const { return path_ / "metrics.csv"; }

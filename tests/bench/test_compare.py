@@ -152,6 +152,18 @@ class WorkTest(unittest.TestCase):
             Path(folder, "run.json").write_text(json.dumps({"frames": [frame, frame]}))
             self.assertNotEqual(reading.pictures, work.read_run(Path(folder)).pictures)
 
+    def test_a_journal_tells_what_the_manifests_of_older_commits_told(self):
+        frame = {"simulate_s": 0.5, "trace_s": 2.0, "rays": 100, "particle_steps": 50, "particles_hash": "cd"}
+        with tempfile.TemporaryDirectory() as folder:
+            run, journal = Path(folder, "run.json"), Path(folder, "frames.jsonl")
+            run.write_text(json.dumps({"frames": [{**frame, "film_hash": "ab"}, {**frame, "film_hash": "ef"}]}))
+            older = work.read_run(Path(folder))
+            run.write_text("{}")
+            lines = [json.dumps({**frame, "frame": k, "picture_hash": h}) + "\n" for k, h in ((1, "ef"), (0, "ab"))]
+            journal.write_text("".join(lines))
+            newer = work.read_run(Path(folder))
+            self.assertEqual((older.leaves, older.pictures), (newer.leaves, newer.pictures))
+
 
 # A firn that refuses the scenes and the kept particles of other trees, and writes what a run folder has.
 PICKY_FIRN = """#!/bin/sh

@@ -6,6 +6,6 @@
 
 namespace firn::fuzz {
 
-void manifest(std::string_view input) { read_manifest(MemoryFile(input).path()); }
+void manifest(std::string_view input) { read_manifest(MemoryFile(input).path(), ""); }
 
 }  // namespace firn::fuzz

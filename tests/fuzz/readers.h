@@ -18,6 +18,7 @@ void particles(std::string_view input);   // a particle file
 void checkpoint(std::string_view input);  // the file around a saved simulation
 void state(std::string_view input);       // a saved simulation
 void manifest(std::string_view input);    // run.json
+void journal(std::string_view input);     // frames.jsonl
 
 // A law that holds for whatever was read.
 inline void require(bool holds, const char* law) {

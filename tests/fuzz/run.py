@@ -58,6 +58,7 @@ FUZZERS = [
     Fuzzer("checkpoint", 8192),
     Fuzzer("state", 16384),
     Fuzzer("manifest", 16384),
+    Fuzzer("journal", 16384),
 ]
 TEXT_SEEDS = {
     "scene/overrides": (ROOT / "scenes/two_snowballs.toml").read_bytes() + b"\0quick\nsnow.young_modulus=2e5\nimage.width=64\n"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // In: a folder. Out: small files of firn's own formats in it, for the fuzzers to start from, in a folder a
-// reader: particles/, checkpoint/, state/, manifest/, images/; and params.txt, all keys of a scene.
+// reader: particles/, checkpoint/, state/, manifest/, journal/, images/; and params.txt, all keys of a scene.
 #include <cstdio>
 #include <sstream>
 #include <string>
@@ -9,6 +9,7 @@
 #include "src/io/checkpoint.h"
 #include "src/io/file.h"
 #include "src/io/images.h"
+#include "src/io/journal.h"
 #include "src/io/manifest.h"
 #include "src/io/particle_file.h"
 #include "tests/fuzz/tiny_snow.h"
@@ -51,8 +52,7 @@ void write_snow(const std::filesystem::path& folder) {
   FrameRecord frame;
   frame.metrics = snow.metrics();
   frame.files = {{"frames/0000.png", "0123456789abcdef"}};
-  manifest.frames = {frame};
-  write_manifest(place(folder, "manifest", "one.json"), manifest);
+  replace_journal(place(folder, "journal", "one.jsonl"), "key", {frame});
 }
 
 void write_params(const std::filesystem::path& folder) {

@@ -19,7 +19,7 @@ struct Reader {
 constexpr Reader kReaders[] = {
     {"scene", fuzz::scene},   {"mesh", fuzz::mesh},           {"heights", fuzz::heights},
     {"images", fuzz::images}, {"particles", fuzz::particles}, {"checkpoint", fuzz::checkpoint},
-    {"state", fuzz::state},   {"manifest", fuzz::manifest},
+    {"state", fuzz::state},   {"manifest", fuzz::manifest},   {"journal", fuzz::journal},
 };
 
 // Whether the reader took it; an Error is an answer, anything else ends the test.

@@ -67,8 +67,8 @@ def hashes(firn, scene, assignments, isa, threads):
         done = subprocess.run([str(word) for word in words], capture_output=True, text=True)
         if done.returncode != 0:
             return {"failed": done.stderr.strip() or f"exit code {done.returncode}"}
-        last = json.loads((out / "run.json").read_text())["frames"][-1]
-        return {"snow": last["particles_hash"], "picture": last["film_hash"]}
+        last = json.loads((out / "frames.jsonl").read_text().splitlines()[-1])
+        return {"snow": last["particles_hash"], "picture": last["picture_hash"]}
 
 
 def offered(firn):

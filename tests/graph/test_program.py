@@ -46,12 +46,12 @@ class ProgramTest(unittest.TestCase):
         return done
 
     def manifest(self, run):
-        return json.loads((self.here / run / "run.json").read_text())
+        return json.loads(self.firn("info", run, "--json").stdout)
 
     def hashes(self, run):
         """Everything that must not change: the bits of snow and light and of the files of every frame."""
         frames = self.manifest(run)["frames"]
-        return [(f["frame"], f["particles_hash"], f["film_hash"], f["files"]) for f in frames]
+        return [(f["frame"], f["particles_hash"], f["picture_hash"], f["files"]) for f in frames]
 
     def names(self, folder):
         return sorted(path.name for path in (self.here / folder).iterdir())
@@ -299,6 +299,26 @@ class Interruptions(ProgramTest):
         self.assertNotIn("from the start", said)
         self.assertEqual([h[:3] for h in self.hashes("run")], [h[:3] for h in whole])
 
+    def test_info_tells_what_a_run_did(self):
+        self.firn("run", self.scene, "--out", "a", "--set", "output.particles=true")
+        told = json.loads(self.firn("info", "a", "--json").stdout)
+        self.assertEqual((told["status"], told["seed"], told["first_frame"], told["last_frame"]), ("complete", 3, 0, 5))
+        self.assertEqual([f["frame"] for f in told["frames"]], list(range(6)))
+        for frame in told["frames"]:
+            self.assertGreaterEqual(frame["simulate_s"], 0)
+            self.assertGreater(frame["trace_s"], 0)
+            for key in ("particles_hash", "picture_hash"):
+                self.assertRegex(frame[key], "^[0-9a-f]{16}$")
+        said = self.firn("info", "a").stdout
+        for word in ("complete", "6 finished of 0-5", "tiny.toml", "simulate", "trace"):
+            self.assertIn(word, said)
+        self.firn("simulate", self.scene, "--out", "snow")
+        self.assertTrue(all(frame["picture_hash"] == "" for frame in self.manifest("snow")["frames"]))
+        self.firn("render", "snow")
+        self.assertEqual([h[:3] for h in self.hashes("snow")], [h[:3] for h in self.hashes("a")])
+        for words, code in ((["info", "--json"], 2), (["info", "none"], 4), (["info", "a/frames"], 4), (["info", "a", "b"], 2)):
+            self.firn(*words, code=code)
+
     def test_a_complete_run_has_nothing_to_resume(self):
         self.firn("run", self.scene, "--out", "a")
         before = self.hashes("a")
@@ -433,12 +453,34 @@ class Damage(ProgramTest):
         self.firn("run", self.scene, "--out", "a")
         path = self.here / "a/run.json"
         whole = path.read_text()
-        for old, new in (('"last_frame": 5', '"last_frame": 7'), ('"frames/0002.png": ', '"frames/0009.png": '), ('"mass_kg": ', '"mass_kg": 7'),
-                         ('"slots": 3', '"slots": 2000000000')):
+        for old, new in (('"last_frame": 5', '"last_frame": 7'), ('"seed": 3', '"seed": 4'), ('"slots": 3', '"slots": 2000000000')):
             self.assertIn(old, whole)
             path.write_text(whole.replace(old, new))
             for words in (["resume", "a"], ["render", "a"]):
                 self.assertIn("damaged manifest", self.firn(*words, code=4).stderr)
+
+    def test_frames_whose_lines_in_the_journal_are_damaged_are_made_again(self):
+        self.firn("run", self.scene, "--out", "a")
+        self.firn("run", self.scene, "--out", "other", "--seed", "4")
+        before, path = self.hashes("a"), self.here / "a/frames.jsonl"
+        whole = path.read_text()
+        lines = whole.splitlines(keepends=True)
+        edited = whole.replace('"frames/0002.png":', '"frames/0009.png":')
+        for kind, text, first in (("edited", edited, 2), ("flipped", whole.replace('"mass_kg":', '"mass_kg":7', 1), 0),
+                                  ("cut", whole[:-40], 5), ("a line lost", "".join(lines[:3] + lines[4:]), 3), ("empty", "", 0),
+                                  ("missing", None, 0), ("garbage", "\0{}\n[1]\n" * 9, 0), ("turned", "".join(reversed(lines)), None),
+                                  ("twice", whole + whole, None), ("foreign", (self.here / "other/frames.jsonl").read_text(), 0)):
+            path.unlink() if text is None else path.write_text(text)
+            said = self.firn("resume", "a").stderr
+            self.assertIn("complete" if first is None else f"frame {first} ", said, kind)
+            self.assertEqual(self.hashes("a"), before, kind)
+
+    def test_a_journal_is_added_to_and_not_written_anew(self):
+        self.firn("run", self.scene, "--out", "a")
+        header = (self.here / "a/run.json").stat().st_size
+        self.firn("run", self.scene, "--out", "b", "--set", "time.frames=60", "--set", "image.width=8", "--set", "image.height=8")
+        self.assertAlmostEqual((self.here / "b/run.json").stat().st_size, header, delta=100)
+        self.assertEqual(len((self.here / "b/frames.jsonl").read_text().splitlines()), 60)
 
     def test_a_rendering_is_not_gone_on_from_other_snow(self):
         self.firn("simulate", self.scene, "--out", "snow")

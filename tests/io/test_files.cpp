@@ -9,6 +9,7 @@
 
 #include "src/core/error.h"
 #include "src/io/file.h"
+#include "src/io/journal.h"
 #include "src/io/manifest.h"
 #include "src/io/metrics_csv.h"
 #include "tests/catch.h"
@@ -65,10 +66,27 @@ Manifest example() {
   frame.metrics.momentum = Vec3(0.1, -1e-300, 3);
   frame.metrics.bounds = {Vec3(-1, -2, -3), Vec3(1, 2, 1.0 / 3)};
   frame.metrics.step = {1e-4, "elastic wave \"packed\", 145 m/s"};
-  frame.film_hash = "0123456789abcdef";
+  frame.picture_hash = "0123456789abcdef";
   frame.files = {{"frames/0002.png", "00ff"}};
   m.frames = {frame};
   return m;
+}
+
+// A run folder as far as its manifest and the journal of its frames go.
+struct Records {
+  Scratch scratch;
+  std::filesystem::path manifest = scratch / "run.json", journal = scratch / "frames.jsonl";
+  explicit Records(const Manifest& m) {
+    write_manifest(manifest, m);
+    replace_journal(journal, m.key(), m.frames);
+  }
+  Manifest read() const { return read_manifest(manifest, journal); }
+};
+
+std::vector<int> frames_of(const Manifest& manifest) {
+  std::vector<int> frames;
+  for (const FrameRecord& record : manifest.frames) frames.push_back(record.frame);
+  return frames;
 }
 
 }  // namespace
@@ -106,10 +124,8 @@ TEST_CASE("Reading a missing file or a folder is an io Error that names it") {
 }
 
 TEST_CASE("A manifest reads back to what was written, to the last bit of its numbers") {
-  Scratch scratch;
   const Manifest out = example();
-  write_manifest(scratch / "run.json", out);
-  const Manifest in = read_manifest(scratch / "run.json");
+  const Manifest in = Records(out).read();
   CHECK(in.status == out.status);
   CHECK(in.command == out.command);
   CHECK(in.seed == out.seed);
@@ -130,39 +146,41 @@ TEST_CASE("A manifest reads back to what was written, to the last bit of its num
   CHECK(in.frames[0].files == out.frames[0].files);
 }
 
-TEST_CASE("A manifest of a version that measured less reads: what it lacks is 0") {
-  Scratch scratch;
-  write_manifest(scratch / "run.json", example());
-  auto json = nlohmann::json::parse(read_file(scratch / "run.json"));
-  REQUIRE(json["frames"][0].erase("medium_mass_kg") == 1);
+TEST_CASE("A manifest of version 0.1 reads, with its frames: what it did not measure is 0") {
+  const Records records(example());
+  auto json = nlohmann::json::parse(read_file(records.manifest));
+  auto frame = nlohmann::json::parse(encode_record(example().frames[0]));
+  REQUIRE(frame.erase("medium_mass_kg") == 1);
+  REQUIRE(frame.erase("picture_hash") == 1);
+  frame["film_hash"] = "0123456789abcdef";
+  json["frames"] = {frame};
   REQUIRE(json.erase("inputs") == 1);
   REQUIRE(json.erase("movie_hash") == 1);
   REQUIRE(json.erase("hash") == 1);
   json["version"] = "0.1.0";
-  write_file(scratch / "run.json", json.dump());
-  const Manifest in = read_manifest(scratch / "run.json");
+  write_file(records.manifest, json.dump());
+  std::filesystem::remove(records.journal);
+  const Manifest in = records.read();
   CHECK(in.frames.at(0).medium_mass == 0);
   CHECK(in.frames.at(0).snow_mass == 1.5);
+  CHECK(in.frames.at(0).picture_hash == "0123456789abcdef");
 }
 
 TEST_CASE("A manifest that is cut short or lacks a field is an io Error") {
-  Scratch scratch;
-  write_manifest(scratch / "run.json", example());
-  const std::string whole = read_file(scratch / "run.json");
-  write_file(scratch / "run.json", whole.substr(0, whole.size() / 2));
-  CHECK_THROWS_AS(read_manifest(scratch / "run.json"), Error);
-  write_file(scratch / "run.json", "{}");
-  CHECK_THROWS_WITH(read_manifest(scratch / "run.json"), contains("status"));
+  const Records records(example());
+  const std::string whole = read_file(records.manifest);
+  write_file(records.manifest, whole.substr(0, whole.size() / 2));
+  CHECK_THROWS_AS(records.read(), Error);
+  write_file(records.manifest, "{}");
+  CHECK_THROWS_WITH(records.read(), contains("status"));
 }
 
 TEST_CASE("A manifest whose frames are no frames of its run, or whose scene was changed, is an io Error") {
-  Scratch scratch;
   const auto reads = [&](const auto& change) {
     Manifest manifest = example();
     change(manifest);
-    write_manifest(scratch / "run.json", manifest);
     try {
-      read_manifest(scratch / "run.json");
+      Records(manifest).read();
       return true;
     } catch (const Error& error) {
       CHECK(error.code() == ExitCode::io);
@@ -172,7 +190,6 @@ TEST_CASE("A manifest whose frames are no frames of its run, or whose scene was 
   };
   CHECK(reads([](Manifest&) {}));
   CHECK(reads([](Manifest& m) { m.frames.push_back(m.frames[0]), m.frames[1].frame = 5; }));
-  CHECK_FALSE(reads([](Manifest& m) { m.frames.push_back(m.frames[0]); }));
   CHECK_FALSE(reads([](Manifest& m) { m.frames[0].frame = 1; }));
   CHECK_FALSE(reads([](Manifest& m) { m.frames[0].frame = 6; }));
   CHECK_FALSE(reads([](Manifest& m) { m.first = -1; }));
@@ -182,15 +199,70 @@ TEST_CASE("A manifest whose frames are no frames of its run, or whose scene was 
 }
 
 TEST_CASE("A manifest of which any byte was changed is an io Error") {
-  Scratch scratch;
-  write_manifest(scratch / "run.json", example());
-  const std::string whole = read_file(scratch / "run.json");
+  const Records records(example());
+  const std::string whole = read_file(records.manifest);
   for (std::size_t at = 0; at + 2 < whole.size(); at += 3) {
     std::string damaged = whole;
     damaged[at] = damaged[at] == '7' ? '8' : '7';
-    write_file(scratch / "run.json", damaged);
+    write_file(records.manifest, damaged);
     INFO(at);
-    CHECK_THROWS_AS(read_manifest(scratch / "run.json"), Error);
+    CHECK_THROWS_AS(records.read(), Error);
+  }
+}
+
+TEST_CASE("Frames added to a journal read back in their order, the later line of a frame") {
+  const Records records(example());
+  FrameRecord record = example().frames[0];
+  for (const int frame : {4, 3, 5}) {
+    record.frame = frame;
+    append_journal(records.journal, example().key(), record);
+  }
+  record.frame = 3;
+  record.rays = 17;
+  append_journal(records.journal, example().key(), record);
+  const Manifest in = records.read();
+  CHECK(frames_of(in) == std::vector<int>{2, 3, 4, 5});
+  CHECK(in.frames[1].rays == 17);
+}
+
+TEST_CASE("A line of a journal that was damaged, cut short or is of another run does not count") {
+  Manifest manifest = example();
+  manifest.frames.resize(3, manifest.frames[0]);
+  for (int k = 0; k < 3; ++k) manifest.frames[static_cast<std::size_t>(k)].frame = 2 + k;
+  const Records records(manifest);
+  const std::string whole = read_file(records.journal);
+  const std::size_t second = whole.find('\n') + 1, third = whole.find('\n', second) + 1;
+  for (std::size_t at = second; at + 1 < third; ++at) {
+    std::string damaged = whole;
+    damaged[at] = damaged[at] == '7' ? '8' : '7';
+    write_file(records.journal, damaged);
+    INFO(at);
+    REQUIRE(frames_of(records.read()) == std::vector<int>{2, 4});
+  }
+  for (std::size_t size = third; size < whole.size(); ++size) {
+    write_file(records.journal, whole.substr(0, size));
+    INFO(size);
+    REQUIRE(frames_of(records.read()) == std::vector<int>{2, 3});
+  }
+  write_file(records.journal, std::string(1000, '\n') + whole.substr(second, third - second) + "{}\n\xff\n");
+  CHECK(frames_of(records.read()) == std::vector<int>{3});
+  manifest.started += "0";
+  replace_journal(records.journal, manifest.key(), manifest.frames);
+  CHECK(frames_of(records.read()).empty());
+  std::filesystem::remove(records.journal);
+  CHECK(frames_of(records.read()).empty());
+}
+
+TEST_CASE("A manifest and its frames are printed as one JSON object") {
+  for (const bool frames : {false, true}) {
+    Manifest manifest = example();
+    if (!frames) manifest.frames.clear();
+    std::ostringstream out;
+    print_manifest(out, manifest);
+    const auto json = nlohmann::json::parse(out.str());
+    CHECK(json.at("scene") == manifest.scene);
+    REQUIRE(json.at("frames").size() == manifest.frames.size());
+    if (frames) CHECK(json.at("frames")[0].at("picture_hash") == "0123456789abcdef");
   }
 }
 
@@ -265,14 +337,12 @@ TEST_CASE("metrics.csv names the colliders whose forces it tells, and the plasti
 }
 
 TEST_CASE("the manifest keeps the forces of the colliders") {
-  Scratch scratch;
   Manifest manifest;
   manifest.scene_hash = hash_in_hex("");
   manifest.frames.resize(1);
   manifest.frames[0].metrics.contacts = {{"ground", Vec3(1, -2, 0.5)}};
   manifest.frames[0].metrics.plastic_work = 0.25;
-  write_manifest(scratch / "run.json", manifest);
-  const Metrics m = read_manifest(scratch / "run.json").frames.at(0).metrics;
+  const Metrics m = Records(manifest).read().frames.at(0).metrics;
   REQUIRE(m.contacts.size() == 1);
   CHECK(m.contacts[0].collider == "ground");
   CHECK(m.contacts[0].force == Vec3(1, -2, 0.5));

@@ -81,7 +81,7 @@ class FilesTest(unittest.TestCase):
         offered = re.search(r"^pictures\s+(.*)$", output_of(FIRN, "info"), re.M).group(1).split(", ")
         base.formats = [name for name in ("png", "ppm", "pfm", "exr") if name in offered]
         base.run_folder = run_firn(base.here, "run", base.formats, base.here / "nothing")
-        base.manifest = json.loads((base.run_folder / "run.json").read_text(encoding="utf-8"))
+        base.manifest = json.loads(output_of(FIRN, "info", str(base.run_folder), "--json"))
 
     def frame(self, number, extension):
         return self.run_folder / f"frames/{number:04}.{extension}"
@@ -295,19 +295,22 @@ class Tables(FilesTest):
         times = table[1:, list(table[0]).index("time_s")].astype(float)
         np.testing.assert_allclose(times, np.arange(FRAMES) * 0.5 / FPS, rtol=0, atol=1e-12)
 
-    def test_run_json_is_strict_json(self):
+    def test_run_json_and_each_line_of_frames_jsonl_are_strict_json(self):
         def refuse(word):
             self.fail(f"{word} is no JSON")
 
         text = (self.run_folder / "run.json").read_text(encoding="utf-8")
         self.assertEqual(json.loads(text, parse_constant=refuse)["status"], "complete")
+        lines = (self.run_folder / "frames.jsonl").read_text(encoding="utf-8").splitlines()
+        self.assertEqual([json.loads(line, parse_constant=refuse)["frame"] for line in lines], list(range(FRAMES)))
 
-    def test_run_json_says_the_same_to_jq(self):
-        said = output_of(tool("jq"), "-c", "[.status, .seed, (.frames | length), .frames[5].metrics.particles]",
-                         self.run_folder / "run.json")
-        self.assertEqual(json.loads(said), ["complete", 3, FRAMES, self.manifest["frames"][5]["metrics"]["particles"]])
+    def test_run_json_and_frames_jsonl_say_the_same_to_jq(self):
+        said = output_of(tool("jq"), "-c", "[.status, .seed]", self.run_folder / "run.json")
+        self.assertEqual(json.loads(said), ["complete", 3])
+        said = output_of(tool("jq"), "-sc", "[length, .[5].metrics.particles]", self.run_folder / "frames.jsonl")
+        self.assertEqual(json.loads(said), [FRAMES, self.manifest["frames"][5]["metrics"]["particles"]])
 
-    def test_the_hashes_of_run_json_are_those_of_the_files(self):
+    def test_the_hashes_of_the_manifest_are_those_of_the_files(self):
         digest = module("xxhash").xxh3_64_hexdigest
         for frame in self.manifest["frames"]:
             self.assertTrue(frame["files"])
