@@ -1,22 +1,29 @@
 // SPDX-License-Identifier: MIT
-// What a scene will cost, without running it: it is read, its snow is placed, and the numbers are printed on
-// stdout.
+// What a scene will cost and show, without running it: it is read, its snow is placed, a first frame is made
+// in part, and the numbers are printed on stdout, warnings on stderr.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "src/app/commands.h"
+#include "src/app/rehearsal.h"
 #include "src/app/report.h"
 #include "src/core/isa.h"
-#include "src/graph/frame_graph.h"
+#include "src/core/text.h"
 #include "src/mpm/simulation.h"
 #include "src/render/renderer.h"
+#include "src/scene/footing.h"
 #include "src/scene/scene.h"
+#include "src/scene/validate.h"
 
 namespace firn {
 namespace {
 
-constexpr int kSlots = 3;
+constexpr double kStrained = 1.05;  // times as fast as unstrained, a wave in snow about to yield
+constexpr double kBuried = 0.02;    // less of a body may dip into what it lies on
 
 void line(const std::string& name, const std::string& value) {
   std::printf("%-16s%s\n", name.c_str(), value.c_str());
@@ -27,6 +34,15 @@ std::string text(const char* format, Values... values) {
   char buffer[256];
   std::snprintf(buffer, sizeof buffer, format, values...);
   return buffer;
+}
+
+void warn(const SceneConfig& scene, const std::string& table, const std::string& what) {
+  std::fprintf(stderr, "%s: warning: %s\n", place_of(scene, table).c_str(), escape_control(what).c_str());
+}
+
+std::string box(const Bounds& b) {
+  return text("x %.4g to %.4g, y %.4g to %.4g, z %.4g to %.4g m", b.min.x(), b.max.x(), b.min.y(), b.max.y(),
+              b.min.z(), b.max.z());
 }
 
 void print_snow(const SimulationSetup& setup) {
@@ -42,30 +58,135 @@ void print_snow(const SimulationSetup& setup) {
     line("  " + snow.name, grouped(snow.position.size()) +
                                text(", %.4g kg, %.4g m3, %.4g mg a particle", count * snow.particle_mass(),
                                     count * snow.particle_volume, 1e6 * snow.particle_mass()));
+    Bounds bounds;
+    for (const Vec3& p : snow.position) bounds.include(p);
+    line("", box(bounds));
   }
+}
+
+// What is felt or seen, named, in the order of `place_objects`.
+struct Solid {
+  std::string name;
+  Shape shape;
+  bool opaque;
+};
+
+std::vector<Solid> solids_of(const SceneConfig& scene, const RenderSetup& render) {
+  std::vector<std::string> names;
+  if (scene.ground) names.push_back("the ground");
+  for (const ColliderConfig& c : scene.colliders) {
+    if (c.visible) names.push_back("collider '" + c.name + "'");
+  }
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) names.push_back("object[" + std::to_string(i) + "]");
+  std::vector<Solid> solids;
+  for (std::size_t i = 0; i < render.objects.size(); ++i) {
+    const Object& o = render.objects[i];
+    const SurfaceKind kind = render.surfaces[static_cast<std::size_t>(o.surface)].kind;
+    solids.push_back({i < names.size() ? names[i] : "object",
+                      {o.shape.form, o.motion.pose(o.shape.pose, 0)},
+                      kind != SurfaceKind::dielectric && kind != SurfaceKind::none});
+  }
+  return solids;
+}
+
+std::string table_of(std::size_t snow) { return "snow[" + std::to_string(snow) + "]"; }
+
+bool is_at_rest(const SnowConfig& snow) {
+  return snow.velocity.isZero(0) && snow.spin.isZero(0) && !snow.terminal_velocity;
+}
+
+void warn_of_footing(const SceneConfig& scene, const SimulationSetup& setup, const std::vector<Solid>& all) {
+  std::vector<Solid> solids;
+  std::vector<Shape> shapes;
+  for (const Solid& solid : all) {
+    if (solid.opaque) solids.push_back(solid), shapes.push_back(solid.shape);
+  }
+  const std::vector<Footing> footings = footing_of(setup, shapes);
+  for (std::size_t i = 0; i < footings.size(); ++i) {
+    const Footing& f = footings[i];
+    const std::string name = "snow '" + setup.snow[i].name + "'";
+    if (f.buried > kBuried)
+      warn(scene, table_of(i),
+           text("%.3g %% of ", 100 * f.buried) + name + " lies under the surface of " + solids[f.solid].name);
+    if (setup.gravity.isZero(0) || !is_at_rest(scene.snow[i])) continue;
+    if (std::isinf(f.clearance)) {
+      warn(scene, table_of(i), name + " floats: there is no ground or collider to fall onto");
+    } else if (f.clearance > 2 * setup.dx) {
+      warn(scene, table_of(i),
+           name + " floats: all that it could lie on is " + text("%.3g m", f.clearance) +
+               " away or more, and it will fall");
+    }
+  }
+}
+
+void print_sights(const SceneConfig& scene, const SimulationSetup& setup, const std::vector<Solid>& solids,
+                  const Sights& sights) {
+  std::string seen;
+  const auto add = [&](const std::string& name, std::size_t pixels) {
+    if (pixels > 0)
+      seen += (seen.empty() ? "" : ", ") + name +
+              text(" %.2g %%", 100. * static_cast<double>(pixels) / static_cast<double>(sights.pixels));
+  };
+  for (std::size_t i = 0; i < sights.snow.size(); ++i) add(setup.snow[i].name, sights.snow[i]);
+  for (std::size_t i = 0; i < sights.objects.size(); ++i) add(solids[i].name, sights.objects[i]);
+  add("sky and lamps", sights.nothing);
+  line("camera sees", seen);
+  for (std::size_t i = 0; i < sights.snow.size(); ++i) {
+    if (sights.snow[i] == 0)
+      warn(scene, table_of(i), "the camera sees nothing of snow '" + setup.snow[i].name + "' in frame 0");
+  }
+}
+
+SimulationSetup without_particles(const SimulationSetup& setup) {
+  SimulationSetup bare;
+  bare.dx = setup.dx;
+  bare.gravity = setup.gravity;
+  bare.fixed_dt = setup.fixed_dt;
+  bare.max_dt = setup.max_dt;
+  for (const PlacedSnow& snow : setup.snow) {
+    PlacedSnow& one = bare.snow.emplace_back();
+    one.name = snow.name;
+    one.material = snow.material;
+  }
+  return bare;
+}
+
+// s; of the longest step while the snow is as it was placed, and of that which its packing may come to.
+std::pair<double, double> elastic_steps(const SimulationSetup& setup) {
+  double fresh = setup.max_dt, packed = setup.max_dt;
+  for (const PlacedSnow& snow : setup.snow) {
+    const double dt = stable_dt(snow.material, setup.dx);
+    fresh = std::min(fresh, dt);
+    packed = std::min(packed, dt / (kStrained * wave_when_packed(snow.material)));
+  }
+  return {fresh, packed};
 }
 
 void print_time(const SceneConfig& scene, const SimulationSetup& setup, const TimeStep& step) {
   const double frame = scene.time.speed / scene.time.fps;
-  const double dt = setup.fixed_dt.value_or(step.dt);
-  line("time step", text("%.3g s", dt) + (setup.fixed_dt ? ", fixed by the scene; the stable bound is " +
-                                                               text("%.3g s", step.dt)
-                                                         : std::string(", limited by ") + step.cause));
-  line("frames",
-       text("%d of %.4g s: about %.0f steps a frame, ", scene.time.frames, frame, std::ceil(frame / dt)) +
-           grouped(static_cast<std::uint64_t>(std::ceil(frame / dt) * (scene.time.frames - 1))) + " in all");
+  const auto [fresh, packed] = elastic_steps(setup);
+  const double longest = setup.fixed_dt.value_or(std::max(step.dt, fresh)),
+               shortest = setup.fixed_dt.value_or(std::min(step.dt, packed));
+  line("time step", text("%.3g s", setup.fixed_dt.value_or(step.dt)) +
+                        (setup.fixed_dt ? std::string(", fixed by the scene")
+                                        : " at the start, limited by " + step.cause +
+                                              text("; %.3g s where snow is packed most", shortest)));
+  const double least = std::ceil(frame / longest), most = std::ceil(frame / shortest);
+  const double frames = scene.time.frames - 1;
+  const auto range = [](double low, double high) {
+    const std::string from = grouped(static_cast<std::uint64_t>(low));
+    return low == high ? from : from + " to " + grouped(static_cast<std::uint64_t>(high));
+  };
+  line("frames", text("%d of %.4g s: ", scene.time.frames, frame) + range(least, most) + " steps a frame, " +
+                     range(least * frames, most * frames) + " in all");
 }
 
-void print_memory(const SceneConfig& scene, const Simulation& simulation) {
-  constexpr double kSnapshotBytes = 38;  // a particle: x, v, density, volume0, id, object
-  const auto particles = static_cast<double>(simulation.particle_count());
-  const double snow = static_cast<double>(simulation.resident_bytes());
-  const double snapshots = kSlots * kSnapshotBytes * particles;
-  const double films = kSlots * 12.0 * scene.image.width * scene.image.height;
-  line("memory",
-       mebibytes(snow + snapshots + films) + text(" at the start: simulation %s (%.0f bytes a particle),",
-                                                  mebibytes(snow).c_str(), snow / std::max(particles, 1.0)));
-  line("", text("%d snapshots %s, films %s", kSlots, mebibytes(snapshots).c_str(), mebibytes(films).c_str()));
+void print_memory(const Rehearsal& rehearsal, const Simulation& simulation) {
+  line("memory", mebibytes(rehearsal.at_start) + " at frame 0, at most " + mebibytes(rehearsal.peak_low) +
+                     " to " + mebibytes(rehearsal.peak_high) + " later");
+  const auto particles = static_cast<double>(std::max<std::size_t>(simulation.particle_count(), 1));
+  const auto snow = static_cast<double>(simulation.resident_bytes());
+  line("", "simulation " + mebibytes(snow) + text(" of it (%.0f bytes a particle)", snow / particles));
 }
 
 }  // namespace
@@ -73,17 +194,23 @@ void print_memory(const SceneConfig& scene, const Simulation& simulation) {
 ExitCode check_command(const Options& options) {
   const auto& kernels = choose_kernels(options.isa);
   const SceneConfig scene = read_scene(options.target, options.reading());
-  const Renderer renderer(kernels, build_render(scene));  // refuses what cannot be rendered
-  const SimulationSetup setup = build_simulation(scene, options.force);
-  const Simulation simulation(kernels, setup);
+  const RenderSetup render = build_render(scene);
+  Renderer renderer(kernels, render);  // refuses what cannot be rendered
+  SimulationSetup setup = build_simulation(scene, options.force);
   line("scene", scene.name + " (" + scene.file + (options.quick ? ", quick size)" : ")"));
   print_snow(setup);
-  line("grid", text("dx %.4g m, ", setup.dx) + grouped(simulation.grid_blocks()) +
+  const std::vector<Solid> solids = solids_of(scene, render);
+  warn_of_footing(scene, setup, solids);
+  const SimulationSetup bare = without_particles(setup);  // a run keeps them no longer, either
+  Simulation simulation(kernels, std::move(setup));
+  line("grid", text("dx %.4g m, ", bare.dx) + grouped(simulation.grid_blocks()) +
                    " blocks of 4x4x4 nodes, growing with the snow");
-  print_time(scene, setup, simulation.stable_step());
-  print_memory(scene, simulation);
+  print_time(scene, bare, simulation.stable_step());
+  const Rehearsal rehearsal = rehearse(scene, simulation, renderer);
+  print_memory(rehearsal, simulation);
   line("image", text("%dx%d, %d samples, %d bounces", scene.image.width, scene.image.height,
                      scene.image.samples, scene.image.max_bounces));
+  print_sights(scene, bare, solids, rehearsal.sights);
   return ExitCode::ok;
 }
 

@@ -49,7 +49,7 @@ Manifest new_manifest(const Options& options, const SceneConfig& scene, const st
   m.cpu = cpu_name();
   m.isa = isa;
   m.threads = options.threads > 0 ? options.threads : static_cast<int>(std::thread::hardware_concurrency());
-  m.slots = options.overlap ? 3 : 1;
+  m.slots = options.overlap ? kSlots : 1;
   m.force = options.force;
   m.seed = scene.simulation.seed;
   m.started = utc_now();

@@ -73,7 +73,7 @@ ExitCode render_run(const Options& options) {
     source = RunFolder::take(scene.name, options.out, options.overwrite);
   }
   manifest.command = options.typed;
-  manifest.slots = options.overlap ? 3 : 1;
+  manifest.slots = options.overlap ? kSlots : 1;
   if (options.threads > 0) manifest.threads = options.threads;
   Production run(std::move(source), std::move(scene), std::move(manifest), options.quiet);
   run.expected_seconds = expected_frame_seconds(run.scene(), nullptr, true, run.manifest().threads);

@@ -92,7 +92,7 @@ ExitCode resume_command(const Options& options) {
   SceneConfig scene = read_scene_text(manifest.scene, manifest.scene_file, {});
   require_inputs(manifest, scene);
   manifest.isa = kernels.isa;
-  manifest.slots = options.overlap ? 3 : 1;
+  manifest.slots = options.overlap ? kSlots : 1;
   manifest.threads =
       options.threads > 0 ? options.threads : static_cast<int>(std::thread::hardware_concurrency());
 

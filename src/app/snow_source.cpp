@@ -8,15 +8,8 @@
 #include "src/core/error.h"
 #include "src/io/file.h"
 #include "src/io/particle_file.h"
-#include "src/particles/fields.h"
 
 namespace firn {
-
-namespace {
-
-constexpr std::size_t kSavedBytes = 4 * kColumns + 16;  // a particle's, with its share of the blocks
-
-}  // namespace
 
 std::string snapshot_hash(const Snapshot& snapshot) {
   const std::string bytes = encode_snapshot(snapshot);

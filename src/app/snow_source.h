@@ -12,9 +12,13 @@
 #include "src/io/manifest.h"
 #include "src/io/run_folder.h"
 #include "src/mpm/simulation.h"
+#include "src/particles/fields.h"
 #include "src/particles/snapshot.h"
 
 namespace firn {
+
+inline constexpr std::size_t kSavedBytes =
+    4 * kColumns + 16;  // of a particle in a checkpoint, with its blocks
 
 class SnowSource {
  public:

@@ -17,6 +17,8 @@
 
 namespace firn {
 
+inline constexpr int kSlots = 3;  // one frame simulated, one traced, one written
+
 struct FrameSlot {
   Snapshot snapshot;
   Picture picture;

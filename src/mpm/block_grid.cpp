@@ -85,7 +85,7 @@ std::size_t BlockGrid::resident_bytes() const {
                       (tiles_of_block_.capacity() + blocks_of_tile_.capacity()) * sizeof(Neighbours) +
                       tiles_.resident_bytes() + nodes_.resident_bytes();
   for (const auto& contacts : contacts_)
-    bytes += sizeof(contacts_[0]) + contacts.capacity() * sizeof(kernels::ContactNodes);
+    bytes += sizeof(std::vector<kernels::ContactNodes>) + contacts.capacity() * sizeof(kernels::ContactNodes);
   return bytes;
 }
 

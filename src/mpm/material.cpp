@@ -17,4 +17,9 @@ double stable_dt(const Material& material, double dx) {
   return kElasticCourant * dx / elastic_moduli(material).p_wave_speed;
 }
 
+double wave_when_packed(const Material& material) {
+  if (material.model != kKindOf<kernels::Snow> || !material.plasticity) return 1;
+  return std::exp(0.5 * material.hardening * (1 - material.jp_min));
+}
+
 }  // namespace firn

@@ -36,5 +36,7 @@ constexpr double kElasticCourant = 0.6;
 // s; the longest stable step of this snow as placed (unhardened, at rest) on a grid of spacing dx (m). Packed
 // snow needs shorter ones: the adaptive step looks at the stiffest particle.
 double stable_dt(const Material& material, double dx);
+// How many times as fast as in fresh snow an elastic wave can be when it is packed as far as it can be.
+double wave_when_packed(const Material& material);
 
 }  // namespace firn

@@ -71,15 +71,4 @@ std::size_t Simulation::State::resident_bytes() const {
          chunk_impulses.capacity() * sizeof(double) + sleeping.capacity() * sizeof(SleepingNodes);
 }
 
-std::size_t estimate_bytes(std::size_t particles, std::size_t occupied_blocks) {
-  const double side =
-      std::cbrt(static_cast<double>(occupied_blocks)) + 2;  // with the ring of blocks around compact snow
-  const double grid_blocks = side * side * side;
-  const std::size_t per_particle = 4 * (kColumns + 1) + 4;  // columns, the spare, the order
-  const std::size_t per_occupied = 4 * kernels::kTileStride + 4 * kernels::kNeighbours + 256;
-  const std::size_t per_grid_block = 4 * kernels::kBlockFloats + 4 * kernels::kNeighbours + 64;
-  return particles * per_particle + occupied_blocks * per_occupied +
-         static_cast<std::size_t>(grid_blocks * static_cast<double>(per_grid_block));
-}
-
 }  // namespace firn

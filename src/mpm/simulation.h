@@ -136,7 +136,4 @@ class Simulation {
   std::unique_ptr<State> state_;
 };
 
-// Bytes that a simulation of this many particles in this many occupied blocks will hold, for `firn check`.
-std::size_t estimate_bytes(std::size_t particles, std::size_t occupied_blocks);
-
 }  // namespace firn

@@ -257,7 +257,7 @@ std::size_t BlockSorter::resident_bytes() const {
   std::size_t bytes = order_.capacity() * sizeof(std::uint32_t) + flows_.capacity() * sizeof(Flow) +
                       first_flow_.capacity() * sizeof(std::size_t);
   for (const auto& flows : flows_of_block_)
-    bytes += sizeof(flows_of_block_[0]) + flows.capacity() * sizeof(Flow);
+    bytes += sizeof(std::vector<Flow>) + flows.capacity() * sizeof(Flow);
   return bytes;
 }
 

@@ -23,6 +23,7 @@ namespace {
 
 constexpr int kTile = 32;                    // pixels
 constexpr int kSmallTile = 4;                // of a pilot's pictures, so that all threads have some
+constexpr int kSketched = 16;                // one tile of so many is sketched
 constexpr std::uint32_t kSamplesAtOnce = 8;  // a pixel; bounds the memory of a tile
 
 using Clock = std::chrono::steady_clock;
@@ -212,6 +213,43 @@ struct Renderer::State {
     }
   }
 
+  // The world is as it was built last.
+  Sights sights(const Snapshot& snapshot) {
+    Sights all = no_sights(setup);
+    std::mutex adding;
+    RenderStats stats;
+    for_each_tile(snapshot, kTile, stats, [&](const View& view, const Tile& tile) {
+      const Sights seen = sights_of(view, tile);
+      const std::lock_guard lock(adding);
+      all += seen;
+      return Work{};
+    });
+    return all;
+  }
+
+  // Takes the memory of a whole picture for a few of its tiles.
+  void sketch(const Snapshot& snapshot, Picture& picture) {
+    RenderStats stats;
+    const std::atomic<bool> stop{false};
+    if (preview()) {
+      ambient.look_around(world(), grid.middle());
+      trace_preview(snapshot, picture, stats, stop);
+      return;
+    }
+    const ImageSettings asked = setup.image;
+    ImageSettings image = asked;  // `auto` mostly comes to `path`
+    if (image.integrator == Integrator::automatic) image.integrator = Integrator::path;
+    take(image, snapshot.time);
+    film.begin(image.width, image.height, camera.filter(), content());
+    wanted = PixelSet(image.width, image.height);
+    wanted.keep_one_tile_of(kSketched, kTile);
+    const auto samples = static_cast<std::uint32_t>(image.samples);
+    trace(snapshot, {0, std::min(samples, kSamplesAtOnce)}, kTile, stats, stop);
+    picture = film.picture(setup.layers);
+    if (content().denoise) picture.rgb = denoised(film);
+    setup.image = asked;
+  }
+
   // False if stopped. The world is as it was built last.
   bool trace_preview(const Snapshot& snapshot, Picture& picture, RenderStats& stats,
                      const std::atomic<bool>& stop) {
@@ -343,6 +381,17 @@ bool Renderer::render(const Snapshot& given, Picture& picture, RenderStats& stat
   picture = film.picture(state_->setup.layers);
   if (finished && state_->content().denoise) picture.rgb = denoised(film);
   return finished;
+}
+
+Sights Renderer::look(const Snapshot& given, Picture& picture) {
+  const int detail = state_->setup.image.detail;
+  const Snapshot finer = detail > 1 ? with_relief(given, detail) : Snapshot{};
+  const Snapshot& snapshot = detail > 1 ? finer : given;
+  RenderStats stats;
+  state_->build(state_->moments() > 1 ? state_->at_moment(snapshot, 0) : snapshot, stats);
+  const Sights sights = state_->sights(snapshot);
+  state_->sketch(snapshot, picture);
+  return sights;
 }
 
 bool Renderer::look_again(const Snapshot& snapshot, const Camera& from, Picture& picture, RenderStats& stats,

@@ -11,6 +11,7 @@
 #include "src/render/pilot.h"
 #include "src/render/preview/preview_times.h"
 #include "src/render/setup.h"
+#include "src/render/sights.h"
 
 namespace firn::kernels {
 struct KernelTable;
@@ -45,6 +46,10 @@ class Renderer {
   // snapshot, setup and frame number give the same bits for any thread count. An unstable Error if a position
   // is not finite.
   bool render(const Snapshot& snapshot, Picture& picture, RenderStats& stats, const std::atomic<bool>& stop);
+
+  // What a picture of the snapshot would show. Takes all the memory that render() would, in a small part of
+  // its time: `picture` has its layers, but few of its pixels.
+  Sights look(const Snapshot& snapshot, Picture& picture);
 
   // The same snow as render() was last given, which must still be there, from another camera: only for the
   // preview, and without the time that the grid takes.
