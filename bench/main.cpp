@@ -12,6 +12,7 @@
 #include "bench/kernels.h"
 #include "bench/medium.h"
 #include "bench/mesh.h"
+#include "bench/overlap.h"
 #include "bench/preview.h"
 #include "bench/resting.h"
 #include "bench/rule.h"
@@ -60,7 +61,10 @@ constexpr const char* kUsage =
     "  a frame of the preview, 960 x 540 pixels, and each of its stages; the best of R frames\n"
     "usage: firn-bench sphere [--integrator bidirectional|path] [--samples S] [--threads T] [--isa I]\n"
     "                         [--repeats R] [--json FILE]\n"
-    "  paths of light through a homogeneous sphere, 128 x 128 pixels; the best of R pictures\n";
+    "  paths of light through a homogeneous sphere, 128 x 128 pixels; the best of R pictures\n"
+    "usage: firn-bench overlap [--firn PROGRAM] [--scenes FOLDER] [--threads T] [--isa I] [--repeats R]\n"
+    "                          [--json FILE]\n"
+    "  whole runs of three scenes with overlapping frames and without, in turns; medians\n";
 
 double positive(const std::string& option, const char* text) {
   char* end = nullptr;
@@ -127,6 +131,8 @@ Options options_of(Of& o) {
   if constexpr (requires { o.samples; }) takes["--samples"] = number("--samples", o.samples);
   if constexpr (requires { o.steps; }) takes["--steps"] = number("--steps", o.steps);
   if constexpr (requires { o.dt; }) takes["--dt"] = number("--dt", o.dt);
+  if constexpr (requires { o.firn; }) takes["--firn"] = word(o.firn);
+  if constexpr (requires { o.scenes; }) takes["--scenes"] = word(o.scenes);
   if constexpr (requires { o.scene; }) takes["--scene"] = word(o.scene);
   if constexpr (requires { o.shape; }) takes["--shape"] = word(o.shape);
   if constexpr (requires { o.order; }) takes["--order"] = word(o.order);
@@ -171,7 +177,8 @@ int main(int argc, char** argv) {
       {"preview", run<bench::PreviewOptions, bench::run_preview>},
       {"sphere", run<bench::SphereOptions, bench::run_sphere>},
       {"mesh", run<bench::MeshOptions, bench::run_mesh>},
-      {"rule", run<bench::RuleOptions, bench::run_rule>}};
+      {"rule", run<bench::RuleOptions, bench::run_rule>},
+      {"overlap", run<bench::OverlapOptions, bench::run_overlap>}};
   const auto command = commands.find(argc < 2 ? "" : argv[1]);
   if (command == commands.end()) {
     std::fputs(kUsage, stderr);

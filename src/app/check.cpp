@@ -25,17 +25,6 @@ namespace {
 constexpr double kStrained = 1.05;  // times as fast as unstrained, a wave in snow about to yield
 constexpr double kBuried = 0.02;    // less of a body may dip into what it lies on
 
-void line(const std::string& name, const std::string& value) {
-  std::printf("%-16s%s\n", name.c_str(), value.c_str());
-}
-
-template <class... Values>
-std::string text(const char* format, Values... values) {
-  char buffer[256];
-  std::snprintf(buffer, sizeof buffer, format, values...);
-  return buffer;
-}
-
 void warn(const SceneConfig& scene, const std::string& table, const std::string& what) {
   std::fprintf(stderr, "%s: warning: %s\n", place_of(scene, table).c_str(), escape_control(what).c_str());
 }
@@ -52,15 +41,16 @@ void print_snow(const SimulationSetup& setup) {
     particles += snow.position.size();
     mass += static_cast<double>(snow.position.size()) * snow.particle_mass();
   }
-  line("particles", grouped(particles) + text(", %.4g kg", mass));
+  print_line("particles", grouped(particles) + text(", %.4g kg", mass));
   for (const auto& snow : setup.snow) {
     const auto count = static_cast<double>(snow.position.size());
-    line("  " + snow.name, grouped(snow.position.size()) +
-                               text(", %.4g kg, %.4g m3, %.4g mg a particle", count * snow.particle_mass(),
-                                    count * snow.particle_volume, 1e6 * snow.particle_mass()));
+    print_line("  " + snow.name,
+               grouped(snow.position.size()) +
+                   text(", %.4g kg, %.4g m3, %.4g mg a particle", count * snow.particle_mass(),
+                        count * snow.particle_volume, 1e6 * snow.particle_mass()));
     Bounds bounds;
     for (const Vec3& p : snow.position) bounds.include(p);
-    line("", box(bounds));
+    print_line("", box(bounds));
   }
 }
 
@@ -130,7 +120,7 @@ void print_sights(const SceneConfig& scene, const SimulationSetup& setup, const 
   for (std::size_t i = 0; i < sights.snow.size(); ++i) add(setup.snow[i].name, sights.snow[i]);
   for (std::size_t i = 0; i < sights.objects.size(); ++i) add(solids[i].name, sights.objects[i]);
   add("sky and lamps", sights.nothing);
-  line("camera sees", seen);
+  print_line("camera sees", seen);
   for (std::size_t i = 0; i < sights.snow.size(); ++i) {
     if (sights.snow[i] == 0)
       warn(scene, table_of(i), "the camera sees nothing of snow '" + setup.snow[i].name + "' in frame 0");
@@ -167,26 +157,27 @@ void print_time(const SceneConfig& scene, const SimulationSetup& setup, const Ti
   const auto [fresh, packed] = elastic_steps(setup);
   const double longest = setup.fixed_dt.value_or(std::max(step.dt, fresh)),
                shortest = setup.fixed_dt.value_or(std::min(step.dt, packed));
-  line("time step", text("%.3g s", setup.fixed_dt.value_or(step.dt)) +
-                        (setup.fixed_dt ? std::string(", fixed by the scene")
-                                        : " at the start, limited by " + step.cause +
-                                              text("; %.3g s where snow is packed most", shortest)));
+  print_line("time step", text("%.3g s", setup.fixed_dt.value_or(step.dt)) +
+                              (setup.fixed_dt ? std::string(", fixed by the scene")
+                                              : " at the start, limited by " + step.cause +
+                                                    text("; %.3g s where snow is packed most", shortest)));
   const double least = std::ceil(frame / longest), most = std::ceil(frame / shortest);
   const double frames = scene.time.frames - 1;
   const auto range = [](double low, double high) {
     const std::string from = grouped(static_cast<std::uint64_t>(low));
     return low == high ? from : from + " to " + grouped(static_cast<std::uint64_t>(high));
   };
-  line("frames", text("%d of %.4g s: ", scene.time.frames, frame) + range(least, most) + " steps a frame, " +
-                     range(least * frames, most * frames) + " in all");
+  print_line("frames", text("%d of %.4g s: ", scene.time.frames, frame) + range(least, most) +
+                           " steps a frame, " + range(least * frames, most * frames) + " in all");
 }
 
 void print_memory(const Rehearsal& rehearsal, const Simulation& simulation) {
-  line("memory", mebibytes(rehearsal.at_start) + " at frame 0, at most " + mebibytes(rehearsal.peak_low) +
-                     " to " + mebibytes(rehearsal.peak_high) + " later");
+  print_line("memory", mebibytes(rehearsal.at_start) + " at frame 0, at most " +
+                           mebibytes(rehearsal.peak_low) + " to " + mebibytes(rehearsal.peak_high) +
+                           " later");
   const auto particles = static_cast<double>(std::max<std::size_t>(simulation.particle_count(), 1));
   const auto snow = static_cast<double>(simulation.resident_bytes());
-  line("", "simulation " + mebibytes(snow) + text(" of it (%.0f bytes a particle)", snow / particles));
+  print_line("", "simulation " + mebibytes(snow) + text(" of it (%.0f bytes a particle)", snow / particles));
 }
 
 }  // namespace
@@ -197,19 +188,19 @@ ExitCode check_command(const Options& options) {
   const RenderSetup render = build_render(scene);
   Renderer renderer(kernels, render);  // refuses what cannot be rendered
   SimulationSetup setup = build_simulation(scene, options.force);
-  line("scene", scene.name + " (" + scene.file + (options.quick ? ", quick size)" : ")"));
+  print_line("scene", scene.name + " (" + scene.file + (options.quick ? ", quick size)" : ")"));
   print_snow(setup);
   const std::vector<Solid> solids = solids_of(scene, render);
   warn_of_footing(scene, setup, solids);
   const SimulationSetup bare = without_particles(setup);  // a run keeps them no longer, either
   Simulation simulation(kernels, std::move(setup));
-  line("grid", text("dx %.4g m, ", bare.dx) + grouped(simulation.grid_blocks()) +
-                   " blocks of 4x4x4 nodes, growing with the snow");
+  print_line("grid", text("dx %.4g m, ", bare.dx) + grouped(simulation.grid_blocks()) +
+                         " blocks of 4x4x4 nodes, growing with the snow");
   print_time(scene, bare, simulation.stable_step());
   const Rehearsal rehearsal = rehearse(scene, simulation, renderer);
   print_memory(rehearsal, simulation);
-  line("image", text("%dx%d, %d samples, %d bounces", scene.image.width, scene.image.height,
-                     scene.image.samples, scene.image.max_bounces));
+  print_line("image", text("%dx%d, %d samples, %d bounces", scene.image.width, scene.image.height,
+                           scene.image.samples, scene.image.max_bounces));
   print_sights(scene, bare, solids, rehearsal.sights);
   return ExitCode::ok;
 }

@@ -17,33 +17,31 @@
 namespace firn {
 namespace {
 
-void line(const char* name, const std::string& value) { std::printf("%-18s%s\n", name, value.c_str()); }
-
 void print_program() {
   std::string isas;
   for (const auto* kernels : supported_kernels())
     isas += std::string(isas.empty() ? "" : ", ") + kernels->isa;
   const auto ffmpeg = find_program("ffmpeg");
-  line("version", version() + " (" + revision() + ")");
-  line("compiler", compiler() + ", " + build_type() + " build");
-  line("cpu", cpu_name() + ", " + std::to_string(std::thread::hardware_concurrency()) + " threads");
-  line("instruction sets", isas + " (chosen: " + choose_kernels("auto").isa + ")");
-  line("pictures", has_exr() ? "png, ppm, pfm, exr" : "png, ppm, pfm");
-  line("movie",
-       ffmpeg ? "mp4 through " + ffmpeg->string() : std::string("animated WebP (no ffmpeg on the PATH)"));
+  print_line("version", version() + " (" + revision() + ")");
+  print_line("compiler", compiler() + ", " + build_type() + " build");
+  print_line("cpu", cpu_name() + ", " + std::to_string(std::thread::hardware_concurrency()) + " threads");
+  print_line("instruction sets", isas + " (chosen: " + choose_kernels("auto").isa + ")");
+  print_line("pictures", has_exr() ? "png, ppm, pfm, exr" : "png, ppm, pfm");
+  print_line("movie", ffmpeg ? "mp4 through " + ffmpeg->string()
+                             : std::string("animated WebP (no ffmpeg on the PATH)"));
 }
 
 void print_run(const RunFolder& folder, const Manifest& m) {
-  line("run", folder.path().string());
-  line("status", m.error.empty() ? m.status : m.status + ": " + m.error);
-  line("frames", std::to_string(m.frames.size()) + " finished of " + std::to_string(m.first) + "-" +
-                     std::to_string(m.last));
-  line("scene", m.scene_file + ", seed " + std::to_string(m.seed));
+  print_line("run", folder.path().string());
+  print_line("status", m.error.empty() ? m.status : m.status + ": " + m.error);
+  print_line("frames", std::to_string(m.frames.size()) + " finished of " + std::to_string(m.first) + "-" +
+                           std::to_string(m.last));
+  print_line("scene", m.scene_file + ", seed " + std::to_string(m.seed));
   if (!m.snow_from.empty()) line("snow from", m.snow_from);
-  line("command", m.command);
-  line("started", m.started);
-  line("version", m.version + " (" + m.revision + "), " + m.compiler + ", " + m.build_type + " build");
-  line("cpu", m.cpu);
+  print_line("command", m.command);
+  print_line("started", m.started);
+  print_line("version", m.version + " (" + m.revision + "), " + m.compiler + ", " + m.build_type + " build");
+  print_line("cpu", m.cpu);
   std::printf("\n%s\n", closing_report(folder, m, {}).c_str());
 }
 

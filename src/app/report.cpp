@@ -9,13 +9,6 @@
 namespace firn {
 namespace {
 
-template <class... Values>
-std::string text(const char* format, Values... values) {
-  char line[256];
-  std::snprintf(line, sizeof line, format, values...);
-  return line;
-}
-
 std::string stage_row(const char* name, const Manifest& manifest, double FrameRecord::*seconds) {
   double sum = 0, most = 0;
   for (const auto& frame : manifest.frames) {
@@ -43,6 +36,10 @@ std::string overlap(const std::vector<StageInterval>& intervals) {
 }
 
 }  // namespace
+
+void print_line(const std::string& name, const std::string& value) {
+  std::printf("%-18s%s\n", name.c_str(), value.c_str());
+}
 
 std::string grouped(std::uint64_t number) {
   std::string digits = std::to_string(number);

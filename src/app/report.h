@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
-// What a run says at its end: where things are, and the table of what it cost.
+// What a run says at its end: where things are, and the table of what it cost. And the lines of tables that
+// commands print on stdout.
 #pragma once
+#include <cstdint>
+#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -13,6 +16,16 @@ namespace firn {
 // Timings are of the whole run, the overlap (sum of stage times over wall time) of this session's intervals.
 std::string closing_report(const RunFolder& folder, const Manifest& manifest,
                            const std::vector<StageInterval>& intervals);
+
+// printf's, of at most 255 characters.
+template <class... Values>
+std::string text(const char* format, Values... values) {
+  char line[256];
+  std::snprintf(line, sizeof line, format, values...);
+  return line;
+}
+
+void print_line(const std::string& name, const std::string& value);  // of a table of two columns
 
 std::string grouped(std::uint64_t number);  // 1234567 -> "1,234,567"
 std::string mebibytes(double bytes);        // "12.3 MiB"

@@ -12,11 +12,11 @@
 namespace firn {
 namespace {
 
-constexpr std::string_view kHashKey = ",\"hash\":\"", kEnd = "\"}";
-constexpr std::size_t kTail = kHashKey.size() + 16 + kEnd.size();
+constexpr std::string_view kLineHashKey = ",\"hash\":\"", kLineEnd = "\"}";
+constexpr std::size_t kTail = kLineHashKey.size() + 16 + kLineEnd.size();
 
 std::string tail_of(const std::string& key, std::string_view text) {
-  return std::string(kHashKey).append(hash_in_hex(std::string(key).append(text))).append(kEnd);
+  return std::string(kLineHashKey).append(hash_in_hex(std::string(key).append(text))).append(kLineEnd);
 }
 
 std::string line_of(const std::string& key, const FrameRecord& record) {
