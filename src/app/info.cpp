@@ -37,7 +37,7 @@ void print_run(const RunFolder& folder, const Manifest& m) {
   print_line("frames", std::to_string(m.frames.size()) + " finished of " + std::to_string(m.first) + "-" +
                            std::to_string(m.last));
   print_line("scene", m.scene_file + ", seed " + std::to_string(m.seed));
-  if (!m.snow_from.empty()) line("snow from", m.snow_from);
+  if (!m.snow_from.empty()) print_line("snow from", m.snow_from);
   print_line("command", m.command);
   print_line("started", m.started);
   print_line("version", m.version + " (" + m.revision + "), " + m.compiler + ", " + m.build_type + " build");
