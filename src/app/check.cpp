@@ -54,27 +54,19 @@ void print_snow(const SimulationSetup& setup) {
   }
 }
 
-// What is felt or seen, named, in the order of `place_objects`.
-struct Solid {
-  std::string name;
-  Shape shape;
-  bool opaque;
+// What stands in the way of snow at the start, of all that is seen.
+struct Solids {
+  std::vector<std::string> names;
+  std::vector<Shape> shapes;
 };
 
-std::vector<Solid> solids_of(const SceneConfig& scene, const RenderSetup& render) {
-  std::vector<std::string> names;
-  if (scene.ground) names.push_back("the ground");
-  for (const ColliderConfig& c : scene.colliders) {
-    if (c.visible) names.push_back("collider '" + c.name + "'");
-  }
-  for (std::size_t i = 0; i < scene.objects.size(); ++i) names.push_back("object[" + std::to_string(i) + "]");
-  std::vector<Solid> solids;
-  for (std::size_t i = 0; i < render.objects.size(); ++i) {
-    const Object& o = render.objects[i];
+Solids solids_of(const RenderSetup& render) {
+  Solids solids;
+  for (const Object& o : render.objects) {
     const SurfaceKind kind = render.surfaces[static_cast<std::size_t>(o.surface)].kind;
-    solids.push_back({i < names.size() ? names[i] : "object",
-                      {o.shape.form, o.motion.pose(o.shape.pose, 0)},
-                      kind != SurfaceKind::dielectric && kind != SurfaceKind::none});
+    if (kind == SurfaceKind::dielectric || kind == SurfaceKind::none) continue;  // snow may lie in glass
+    solids.names.push_back(o.name);
+    solids.shapes.push_back({o.shape.form, o.motion.pose(o.shape.pose, 0)});
   }
   return solids;
 }
@@ -85,19 +77,15 @@ bool is_at_rest(const SnowConfig& snow) {
   return snow.velocity.isZero(0) && snow.spin.isZero(0) && !snow.terminal_velocity;
 }
 
-void warn_of_footing(const SceneConfig& scene, const SimulationSetup& setup, const std::vector<Solid>& all) {
-  std::vector<Solid> solids;
-  std::vector<Shape> shapes;
-  for (const Solid& solid : all) {
-    if (solid.opaque) solids.push_back(solid), shapes.push_back(solid.shape);
-  }
-  const std::vector<Footing> footings = footing_of(setup, shapes);
+void warn_of_footing(const SceneConfig& scene, const SimulationSetup& setup, const Solids& solids) {
+  const std::vector<Footing> footings = footing_of(setup, solids.shapes);
   for (std::size_t i = 0; i < footings.size(); ++i) {
     const Footing& f = footings[i];
     const std::string name = "snow '" + setup.snow[i].name + "'";
     if (f.buried > kBuried)
-      warn(scene, table_of(i),
-           text("%.3g %% of ", 100 * f.buried) + name + " lies under the surface of " + solids[f.solid].name);
+      warn(
+          scene, table_of(i),
+          text("%.3g %% of ", 100 * f.buried) + name + " lies under the surface of " + solids.names[f.solid]);
     if (setup.gravity.isZero(0) || !is_at_rest(scene.snow[i])) continue;
     if (std::isinf(f.clearance)) {
       warn(scene, table_of(i), name + " floats: there is no ground or collider to fall onto");
@@ -109,7 +97,7 @@ void warn_of_footing(const SceneConfig& scene, const SimulationSetup& setup, con
   }
 }
 
-void print_sights(const SceneConfig& scene, const SimulationSetup& setup, const std::vector<Solid>& solids,
+void print_sights(const SceneConfig& scene, const SimulationSetup& setup, const RenderSetup& render,
                   const Sights& sights) {
   std::string seen;
   const auto add = [&](const std::string& name, std::size_t pixels) {
@@ -118,7 +106,7 @@ void print_sights(const SceneConfig& scene, const SimulationSetup& setup, const 
               text(" %.2g %%", 100. * static_cast<double>(pixels) / static_cast<double>(sights.pixels));
   };
   for (std::size_t i = 0; i < sights.snow.size(); ++i) add(setup.snow[i].name, sights.snow[i]);
-  for (std::size_t i = 0; i < sights.objects.size(); ++i) add(solids[i].name, sights.objects[i]);
+  for (std::size_t i = 0; i < sights.objects.size(); ++i) add(render.objects[i].name, sights.objects[i]);
   add("sky and lamps", sights.nothing);
   print_line("camera sees", seen);
   for (std::size_t i = 0; i < sights.snow.size(); ++i) {
@@ -190,8 +178,7 @@ ExitCode check_command(const Options& options) {
   SimulationSetup setup = build_simulation(scene, options.force);
   print_line("scene", scene.name + " (" + scene.file + (options.quick ? ", quick size)" : ")"));
   print_snow(setup);
-  const std::vector<Solid> solids = solids_of(scene, render);
-  warn_of_footing(scene, setup, solids);
+  warn_of_footing(scene, setup, solids_of(render));
   const SimulationSetup bare = without_particles(setup);  // a run keeps them no longer, either
   Simulation simulation(kernels, std::move(setup));
   print_line("grid", text("dx %.4g m, ", bare.dx) + grouped(simulation.grid_blocks()) +
@@ -201,7 +188,7 @@ ExitCode check_command(const Options& options) {
   print_memory(rehearsal, simulation);
   print_line("image", text("%dx%d, %d samples, %d bounces", scene.image.width, scene.image.height,
                            scene.image.samples, scene.image.max_bounces));
-  print_sights(scene, bare, solids, rehearsal.sights);
+  print_sights(scene, bare, render, rehearsal.sights);
   return ExitCode::ok;
 }
 

@@ -91,8 +91,9 @@ struct Surface {
 
 struct Object {  // colliders, ground and scenery: anything that is seen but is not snow
   Shape shape;
-  int surface = 0;     // index into RenderSetup::surfaces
-  Motion motion = {};  // of `shape`, by the snapshot's time
+  int surface = 0;        // index into RenderSetup::surfaces
+  Motion motion = {};     // of `shape`, by the snapshot's time
+  std::string name = {};  // for people
 };
 
 struct QuadLight {

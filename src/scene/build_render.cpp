@@ -77,19 +77,22 @@ void add_surfaces(const SceneConfig& scene, RenderSetup& setup) {
 void place_objects(const SceneConfig& scene, RenderSetup& setup) {
   if (scene.ground) {
     setup.objects.push_back({plane_shape(Vec3(0, scene.ground->height, 0), Vec3::UnitY()),
-                             surface_number(setup, scene.ground->surface)});
+                             surface_number(setup, scene.ground->surface),
+                             {},
+                             "the ground"});
   }
   for (std::size_t i = 0; i < scene.colliders.size(); ++i) {
     const ColliderConfig& c = scene.colliders[i];
     if (!c.visible) continue;
     const Shape shape = place_shape(scene, "collider[" + std::to_string(i) + "]", c.shape, ShapeUse::solid);
-    setup.objects.push_back({shape, surface_number(setup, c.surface), place_motion(c, shape)});
+    setup.objects.push_back(
+        {shape, surface_number(setup, c.surface), place_motion(c, shape), "collider '" + c.name + "'"});
   }
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const ObjectConfig& o = scene.objects[i];
+    const std::string table = "object[" + std::to_string(i) + "]";
     setup.objects.push_back(
-        {place_shape(scene, "object[" + std::to_string(i) + "]", o.shape, ShapeUse::solid),
-         surface_number(setup, o.surface)});
+        {place_shape(scene, table, o.shape, ShapeUse::solid), surface_number(setup, o.surface), {}, table});
   }
 }
 
