@@ -26,8 +26,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Tracing takes most of the first, simulating of the second; of the third both take about the same.
-constexpr const char* kScenes[] = {"two_snowballs", "column_collapse", "slab_release"};
+// Of unlike shares of tracing and simulating.
+constexpr const char* kScenes[] = {"two_snowballs", "column_collapse", "snowball_drop"};
 
 using Hashes = std::vector<std::pair<std::string, std::string>>;
 
