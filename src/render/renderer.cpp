@@ -389,7 +389,7 @@ Sights Renderer::look(const Snapshot& given, Picture& picture) {
   const Snapshot& snapshot = detail > 1 ? finer : given;
   RenderStats stats;
   state_->build(state_->moments() > 1 ? state_->at_moment(snapshot, 0) : snapshot, stats);
-  const Sights sights = state_->sights(snapshot);
+  Sights sights = state_->sights(snapshot);
   state_->sketch(snapshot, picture);
   return sights;
 }
