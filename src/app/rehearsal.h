@@ -2,8 +2,6 @@
 // How much memory a run will take, found by doing what a run does: its first frame and the first steps after
 // it, with all their memory and few of their rays. What is reckoned for a run is so always what it does.
 #pragma once
-#include <cstdint>
-
 #include "src/render/renderer.h"
 #include "src/scene/scene.h"
 

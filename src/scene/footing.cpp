@@ -42,7 +42,7 @@ Groups touching(const std::vector<PlacedSnow>& snow, double reach) {
   for (std::size_t body = 0; body < snow.size(); ++body) {
     for (const Vec3& p : snow[body].position) {
       const auto in = [&](int axis) { return static_cast<std::int64_t>(std::floor(p[axis] / reach)); };
-      const auto [place, is_new] = first.emplace(Cell{in(0), in(1), in(2)}, body);
+      const auto [place, is_new] = first.try_emplace(Cell{in(0), in(1), in(2)}, body);
       if (!is_new && place->second != body) groups.join(place->second, body);
     }
   }
