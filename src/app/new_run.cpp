@@ -108,7 +108,7 @@ ExitCode run_scene(const Options& options, const RunKind& kind) {
   run.again = shell_line({"firn", "resume", run.folder().path().string()});
   std::atomic<bool>& stop = stop_flag();
   remove_when_interrupted({});
-  const ExitCode code = run.produce(run.manifest().first, run.manifest().last, stop);
+  const ExitCode code = run.produce(frame_range(run.manifest().first, run.manifest().last), stop);
   std::cout << run.folder().path().string() << "\n";
   return code;
 }

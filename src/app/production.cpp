@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <iterator>
 #include <thread>
+#include <utility>
 
 #include "src/app/report.h"
 #include "src/graph/trace.h"
@@ -26,6 +27,7 @@ namespace {
 
 constexpr auto kManifestEvery = std::chrono::seconds(1);
 constexpr int kCheckpointsKept = 3;
+constexpr auto kLookAgain = std::chrono::milliseconds(200);  // whether another process has finished a frame
 
 class Stopwatch {
  public:
@@ -83,20 +85,24 @@ Production::Production(RunFolder folder, SceneConfig scene, Manifest manifest, b
       earlier_wall_(manifest_.wall_seconds) {}
 
 // The manifest comes first, in one move: from then on the folder is this run's, whatever happens next.
-void Production::begin(int first) {
+void Production::begin(const std::vector<int>& frames) {
+  if (!shared) begin_alone(frames);
+  log_.open(folder_.log());
+  log_.add(manifest_.command);
+}
+
+void Production::begin_alone(const std::vector<int>& frames) {
   folder_.lock();
-  if (!in_place) {
-    std::erase_if(manifest_.frames, [first](const FrameRecord& record) { return record.frame >= first; });
-    manifest_.error.clear();
-  }
+  std::erase_if(manifest_.frames, [&](const FrameRecord& record) {
+    return std::binary_search(frames.begin(), frames.end(), record.frame);
+  });
+  manifest_.error.clear();
   // Before the manifest, in which version 0.1 kept the frames. The journal of a run that is replaced is left
   // until there is a new manifest, which cannot read it.
   if (folder_.opened()) replace_journal(folder_.journal(), manifest_.key(), manifest_.frames);
-  if (!in_place) save_manifest("running");
+  save_manifest("running");
   folder_.begin();
-  log_.open(folder_.log());
-  log_.add(manifest_.command);
-  if (!in_place) write_tables();
+  write_tables();
   folder_.keep();
 }
 
@@ -113,10 +119,10 @@ void Production::repair() {
   write_tables();
 }
 
-ExitCode Production::produce(int first, int last, std::atomic<bool>& stop) {
-  begin(first);
+ExitCode Production::produce(const std::vector<int>& frames, std::atomic<bool>& stop) {
+  begin(frames);
   try {
-    return finish(run_graph(first, last, stop), stop);
+    return finish(shared ? run_shared(stop) : run_graph(frames, stop), stop);
   } catch (const Error& error) {
     progress_.stop();
     if (error.code() == ExitCode::interrupted) return interrupted({});
@@ -131,41 +137,64 @@ ExitCode Production::produce(int first, int last, std::atomic<bool>& stop) {
 
 ExitCode Production::finish(FrameGraphResult result, const std::atomic<bool>& stop) {
   if (result.interrupted) return interrupted(std::move(result));
+  if (metrics_) metrics_->replace(manifest_.frames);  // frames that were made again belong between others
   make_movie(stop);
   save_manifest("complete");
   Manifest shown = manifest_;
+  if (shared) shown.frames = read_journal(folder_.journal(), manifest_.key());
   shown.pictures = renderer != nullptr;
   progress_.say(closing_report(folder_, shown, result.intervals));
   return ExitCode::ok;
 }
 
-FrameGraphResult Production::run_graph(int first, int last, std::atomic<bool>& stop) {
-  if (first > last) return {};
+FrameGraphResult Production::run_graph(const std::vector<int>& frames, std::atomic<bool>& stop) {
+  if (frames.empty()) return {};
   FrameStages stages;
   stages.simulate = [&](int frame, FrameSlot& slot) { return simulate(frame, slot, stop); };
   stages.trace = [&](int frame, FrameSlot& slot) { return trace(frame, slot, stop); };
   stages.write = [&](int frame, FrameSlot& slot) { return write(frame, slot); };
-  progress_.start(first, last, expected_seconds);
-  FrameGraphResult result = run_frames(stages, {first, last, manifest_.slots, manifest_.threads}, stop);
+  if (shared) stages.claim = [&](int frame) { return shared->claim(frame); };
+  progress_.start(static_cast<int>(frames.size()), expected_seconds);
+  FrameGraphResult result = run_frames(stages, {frames, manifest_.slots, manifest_.threads}, stop);
   progress_.stop();
-  write_file(folder_.trace(), chrome_trace(result.intervals));
+  if (!shared) write_file(folder_.trace(), chrome_trace(result.intervals));
   return result;
+}
+
+// Frames that others have claimed are waited for, and made here after all if they are given back unfinished.
+FrameGraphResult Production::run_shared(std::atomic<bool>& stop) {
+  FrameGraphResult all;
+  bool waits = false;
+  for (std::vector<int> left = shared->left(); !left.empty() && !all.interrupted; left = shared->left()) {
+    if (std::any_of(left.begin(), left.end(), [&](int frame) { return shared->claim(frame); })) {
+      FrameGraphResult some = run_graph(left, stop);
+      all.interrupted = some.interrupted;
+      if (some.intervals.size() > all.intervals.size()) all.intervals = std::move(some.intervals);
+      continue;
+    }
+    if (!std::exchange(waits, true))
+      progress_.say("Other processes are rendering frames " + frame_list(left) + ": waiting for them.");
+    std::this_thread::sleep_for(kLookAgain);
+    all.interrupted = stop;
+  }
+  return all;
 }
 
 bool Production::simulate(int frame, FrameSlot& slot, const std::atomic<bool>& stop) {
   const Stopwatch watch;
   progress_.begin(Progress::simulate, frame);
   InFlight job;
-  SnowSource& source = simulated ? static_cast<SnowSource&>(*simulated) : *recorded;
+  const bool is_recorded = !simulated || (recorded && recorded->has(frame));
+  SnowSource& source = is_recorded ? static_cast<SnowSource&>(*recorded) : *simulated;
   if (!source.fetch(frame, slot.snapshot, job.record, stop)) return false;
   job.record.frame = frame;
   const int every = scene_.output.checkpoint_every;
-  if (simulated && every > 0 && frame > manifest_.first && frame < manifest_.last && frame % every == 0 &&
+  if (!is_recorded && every > 0 && frame > manifest_.first && frame < manifest_.last && frame % every == 0 &&
       simulated->reached() == frame) {
     job.checkpoint = simulated->checkpoint();
   }
   if (simulated) job.bytes_per_particle = simulated->bytes_per_particle();
-  if (simulated) job.record.simulate_seconds += watch.seconds();
+  if (!is_recorded) job.record.simulate_seconds += watch.seconds();
   const std::lock_guard lock(mutex_);
   in_flight_[frame] = std::move(job);
   progress_.end(Progress::simulate);
@@ -210,6 +239,7 @@ bool Production::write(int frame, FrameSlot& slot) {
   if (metrics_) metrics_->add(frame, job.record.metrics);
   job.record.write_seconds = watch.seconds();
   finish_frame(std::move(job));
+  if (shared) shared->release(frame);
   const std::lock_guard lock(mutex_);
   in_flight_.erase(frame);
   progress_.end(Progress::write);
@@ -249,12 +279,13 @@ void Production::write_particles(const FrameSlot& slot, FrameRecord& record) {
   record.particles_hash = hash_in_hex(bytes);
   if (!manifest_.particles) return;
   const auto path = folder_.particle_file(record.frame);
-  if (!in_place) write_file(path, bytes);
+  if (!shared) write_file(path, bytes);
   record.files.emplace_back(path.lexically_relative(folder_.path()).string(), record.particles_hash);
 }
 
 void Production::save_manifest(const std::string& status) {
-  if (!in_place) manifest_.status = status;
+  if (shared) return;  // it is the run's, which adding pictures does not change
+  manifest_.status = status;
   manifest_.wall_seconds = earlier_wall_ + std::chrono::duration<double>(Clock::now() - started_).count();
   write_manifest(folder_.manifest(), manifest_);
   manifest_saved_ = Clock::now();
@@ -278,7 +309,10 @@ void Production::save_position(std::vector<Snapshot> pending) {
   Checkpoint checkpoint = simulated->checkpoint();
   std::vector<PendingFrame> frames;
   frames.reserve(pending.size() + checkpoint.pending.size());
-  for (Snapshot& snow : pending) frames.push_back({in_flight_.at(snow.frame).record, std::move(snow)});
+  for (Snapshot& snow : pending) {
+    if (snow.frame <= checkpoint.frame)  // others were read from their files
+      frames.push_back({in_flight_.at(snow.frame).record, std::move(snow)});
+  }
   std::move(checkpoint.pending.begin(), checkpoint.pending.end(), std::back_inserter(frames));
   checkpoint.pending = std::move(frames);
   save_manifest("interrupted");
@@ -290,7 +324,7 @@ void Production::make_movie(const std::atomic<bool>& stop) {
   const auto has = [&](const char* format) {
     return std::find(formats.begin(), formats.end(), format) != formats.end();
   };
-  if (!renderer || in_place || !manifest_.wants_movie || !(has("png") || has("ppm")) ||
+  if (!renderer || shared || !manifest_.wants_movie || !(has("png") || has("ppm")) ||
       manifest_.last == manifest_.first)
     return;
   const MovieJob job{folder_.frames(), has("png") ? "png" : "ppm",
@@ -316,7 +350,9 @@ ExitCode Production::interrupted(FrameGraphResult result) {
   } else {
     save_manifest("interrupted");
   }
-  const std::size_t kept = manifest_.frames.size();
+  if (metrics_) metrics_->replace(manifest_.frames);
+  const auto kept = std::count_if(manifest_.frames.begin(), manifest_.frames.end(),
+                                  [&](const FrameRecord& r) { return !renderer || !r.picture_hash.empty(); });
   progress_.say("Interrupted. " + std::to_string(kept) +
                 (kept == 1 ? " finished frame is" : " finished frames are") + " kept in " +
                 folder_.path().string() + ". Continue with: " + again);
@@ -324,7 +360,7 @@ ExitCode Production::interrupted(FrameGraphResult result) {
 }
 
 void Production::fail(const std::string& what) {
-  if (!in_place) manifest_.error = what;
+  manifest_.error = what;
   log_.add("failed: " + what);
   try {
     save_manifest("failed");

@@ -9,9 +9,11 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "src/app/options.h"
 #include "src/app/progress.h"
+#include "src/app/shared_frames.h"
 #include "src/app/snow_source.h"
 #include "src/core/error.h"
 #include "src/graph/frame_graph.h"
@@ -34,12 +36,13 @@ class Production {
   std::unique_ptr<RecordedSnow> recorded;
   std::unique_ptr<Renderer> renderer;
   double expected_seconds = 0;  // of one frame, for the first guess of the time left
-  bool in_place = false;        // recorded snow, shown in its own folder: only pictures are added
   std::string again;            // the command that continues this run when it is interrupted
+  // Given where recorded snow is shown in its own folder: only pictures are added, and others may do so too.
+  std::unique_ptr<SharedFrames> shared;
 
-  // Produces frames first..last, then the movie. Interrupted: finished frames are kept and a checkpoint is
-  // written. Errors come out after the manifest has recorded them.
-  ExitCode produce(int first, int last, std::atomic<bool>& stop);
+  // Produces these frames (ascending), then the movie of all. Interrupted: finished frames are kept and a
+  // checkpoint is written. Errors come out after the manifest has recorded them.
+  ExitCode produce(const std::vector<int>& frames, std::atomic<bool>& stop);
   // Of a complete run: writes again what the manifest knows, and sweeps.
   void repair();
 
@@ -61,10 +64,12 @@ class Production {
   bool write(int frame, FrameSlot& slot);
   void write_pictures(const FrameSlot& slot, FrameRecord& record);
   void write_particles(const FrameSlot& slot, FrameRecord& record);
-  void begin(int first);
+  void begin(const std::vector<int>& frames);
+  void begin_alone(const std::vector<int>& frames);
   void write_tables();
   ExitCode finish(FrameGraphResult result, const std::atomic<bool>& stop);
-  FrameGraphResult run_graph(int first, int last, std::atomic<bool>& stop);
+  FrameGraphResult run_graph(const std::vector<int>& frames, std::atomic<bool>& stop);
+  FrameGraphResult run_shared(std::atomic<bool>& stop);
   void finish_frame(InFlight job);
   void save_manifest(const std::string& status);
   void save_checkpoint(Checkpoint checkpoint);

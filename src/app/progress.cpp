@@ -48,11 +48,10 @@ void Progress::say(const std::string& line) {
   std::fprintf(stderr, "%s%s\n", terminal_ ? "\r\033[K" : "", line.c_str());
 }
 
-void Progress::start(int first, int last, double prior) {
+void Progress::start(int frames, double prior) {
   {
     const std::lock_guard lock(mutex_);
-    first_ = first;
-    last_ = last;
+    frames_ = frames;
     finished_ = 0;
     prior_ = prior;
     started_ = last_finish_ = Clock::now();
@@ -97,15 +96,13 @@ double Progress::seconds_left() const {
       std::accumulate(recent_.begin(), recent_.end(), 0.0) / std::max<std::size_t>(recent_.size(), 1);
   const double waited = seconds(Clock::now() - last_finish_);
   const double frame = std::max(finished_ > 1 ? mean : std::max(prior_, mean), 0.0);
-  const int left = last_ - first_ + 1 - finished_;
-  return frame * (left - 1) + std::max(frame - waited, 0.0);
+  return frame * (frames_ - finished_ - 1) + std::max(frame - waited, 0.0);
 }
 
 std::string Progress::line() const {
-  const int count = last_ - first_ + 1;
   char text[96];
-  std::snprintf(text, sizeof text, "%3d %%  %d of %d frames", 100 * finished_ / std::max(count, 1), finished_,
-                count);
+  std::snprintf(text, sizeof text, "%3d %%  %d of %d frames", 100 * finished_ / std::max(frames_, 1),
+                finished_, frames_);
   std::string line = text;
   for (int stage = 0; stage < 3; ++stage) {
     if (frame_[stage] >= 0) line += std::string(", ") + kDoing[stage] + " " + std::to_string(frame_[stage]);

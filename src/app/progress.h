@@ -22,8 +22,8 @@ class Progress {
 
   void say(const std::string& line);  // a line that stays, also in the log
 
-  // Shows frames first..last; `prior` is the expected time of one frame, s.
-  void start(int first, int last, double prior);
+  // Shows how many of `frames` are finished; `prior` is the expected time of one, s.
+  void start(int frames, double prior);
   void stop();
 
   enum Stage { simulate, trace, write };
@@ -44,7 +44,7 @@ class Progress {
   std::condition_variable wake_;
   std::thread ticker_;
   bool running_ = false;
-  int first_ = 0, last_ = 0, finished_ = 0;
+  int frames_ = 0, finished_ = 0;
   double prior_ = 0;
   int frame_[3] = {-1, -1, -1};  // that each stage is at; -1: idle
   Clock::time_point started_, last_finish_, last_draw_;

@@ -5,12 +5,15 @@
 #include <iostream>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include "src/app/commands.h"
 #include "src/app/interrupt.h"
 #include "src/app/new_run.h"
+#include "src/app/shared_frames.h"
 #include "src/app/verify.h"
 #include "src/core/isa.h"
+#include "src/io/journal.h"
 #include "src/io/program.h"
 
 namespace firn {
@@ -32,19 +35,34 @@ std::pair<int, int> frames_to_show(const Options& options, const RunFolder& sour
   return frames;
 }
 
-// Into the run's own folder: pictures that are there are kept, so that an interrupted rendering goes on when
-// repeated.
-int first_missing_picture(Production& run, std::pair<int, int> frames) {
-  int frame = frames.first;
-  while (frame <= frames.second && has_pictures(run.folder(), run.manifest(), frame)) ++frame;
-  return frame;
+// Into the run's own folder, which other processes may do at the same time. The first of them tidies up: a
+// run of version 0.1 gets its journal, and what was cut off goes.
+Manifest share(RunFolder& source) {
+  const bool alone = source.lock_shared();
+  Manifest run = read_manifest(source.manifest(), source.journal());
+  if (!alone) return run;
+  replace_journal(source.journal(), run.key(), run.frames);
+  write_manifest(source.manifest(), run);
+  source.begin();
+  source.share_with_others();
+  return run;
+}
+
+std::string command_again(const Options& options) {
+  if (options.out) return shell_line({"firn", "resume", *options.out});
+  std::vector<std::string> words = {"firn", "render", options.target};
+  if (const auto frames = options.frames) {
+    words.push_back("--frames");
+    words.push_back(std::to_string(frames->first) + "-" + std::to_string(frames->second));
+  }
+  if (options.overwrite) words.push_back("--overwrite");
+  return shell_line(words);
 }
 
 ExitCode render_run(const Options& options) {
   const auto& kernels = choose_kernels(options.isa);
   RunFolder source = RunFolder::open(options.target);
-  if (!options.out) source.lock();
-  const Manifest simulated = read_manifest(source.manifest(), source.journal());
+  const Manifest simulated = options.out ? read_manifest(source.manifest(), source.journal()) : share(source);
   require_scene(source, simulated);
   const auto frames = frames_to_show(options, source, simulated);
   if (options.quick)
@@ -59,6 +77,7 @@ ExitCode render_run(const Options& options) {
     throw Error(ExitCode::usage, options.target,
                 "rendering a run with other values needs an --out of its own");
   }
+  require_inputs_exist(simulated);
   SceneConfig scene = read_scene_text(simulated.scene, simulated.scene_file, options.reading());
   require_inputs(simulated, scene);
   auto renderer = make_renderer(scene, kernels);
@@ -73,20 +92,21 @@ ExitCode render_run(const Options& options) {
     source = RunFolder::take(scene.name, options.out, options.overwrite);
   }
   manifest.command = options.typed;
-  manifest.slots = options.overlap ? kSlots : 1;
+  // Each slot is a claim on a frame: of shared ones a process takes the one that it traces and the next.
+  manifest.slots = !options.overlap ? 1 : options.out ? kSlots : 2;
   if (options.threads > 0) manifest.threads = options.threads;
   Production run(std::move(source), std::move(scene), std::move(manifest), options.quiet);
   run.expected_seconds = expected_frame_seconds(run.scene(), nullptr, true, run.manifest().threads);
   run.renderer = std::move(renderer);
   run.recorded = std::move(snow);
-  run.in_place = !options.out;
-  run.again = options.out ? shell_line({"firn", "resume", *options.out})
-                          : shell_line({"firn", "render", options.target});
-  const bool keep = run.in_place && !options.overwrite;
-  const int first = keep ? first_missing_picture(run, frames) : frames.first;
-  if (first > frames.second)
-    run.progress().say("All these pictures are there; --overwrite renders them again.");
-  const ExitCode code = run.produce(first, frames.second, stop_flag());
+  run.again = command_again(options);
+  const std::vector<int> wanted = frame_range(frames.first, frames.second);
+  if (!options.out) {
+    run.shared = std::make_unique<SharedFrames>(run.folder(), run.manifest(), wanted, options.overwrite);
+    if (run.shared->left().empty())
+      run.progress().say("All these pictures are there; --overwrite renders them again.");
+  }
+  const ExitCode code = run.produce(wanted, stop_flag());
   std::cout << run.folder().path().string() << "\n";
   return code;
 }

@@ -41,6 +41,19 @@ void print_line(const std::string& name, const std::string& value) {
   std::printf("%-18s%s\n", name.c_str(), value.c_str());
 }
 
+std::string frame_list(const std::vector<int>& frames) {
+  std::string list;
+  for (std::size_t i = 0; i < frames.size();) {
+    std::size_t end = i + 1;
+    while (end < frames.size() && frames[end] == frames[end - 1] + 1) ++end;
+    if (i > 0) list += ", ";
+    list += std::to_string(frames[i]);
+    if (end > i + 1) list.append("-").append(std::to_string(frames[end - 1]));
+    i = end;
+  }
+  return list;
+}
+
 std::string grouped(std::uint64_t number) {
   std::string digits = std::to_string(number);
   for (int at = static_cast<int>(digits.size()) - 3; at > 0; at -= 3)

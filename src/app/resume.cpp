@@ -4,12 +4,15 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
+#include <iterator>
 #include <optional>
 #include <thread>
+#include <vector>
 
 #include "src/app/commands.h"
 #include "src/app/interrupt.h"
 #include "src/app/new_run.h"
+#include "src/app/report.h"
 #include "src/app/verify.h"
 #include "src/core/isa.h"
 #include "src/io/checkpoint.h"
@@ -30,23 +33,23 @@ std::string isa_of(const Options& options, const Manifest& manifest) {
   return options.isa;
 }
 
-// A checkpoint can be used if all the frames that it has passed and that are not finished are kept in it.
-bool covers(const Checkpoint& checkpoint, int first) {
-  for (int frame = first; frame <= checkpoint.frame; ++frame) {
+// A checkpoint can be used if all the frames that it has passed and that are wanted are kept in it.
+bool covers(const Checkpoint& checkpoint, const std::vector<int>& wanted) {
+  return std::all_of(wanted.begin(), wanted.end(), [&](int frame) {
     const auto is_frame = [frame](const PendingFrame& pending) { return pending.snow.frame == frame; };
-    if (!std::any_of(checkpoint.pending.begin(), checkpoint.pending.end(), is_frame)) return false;
-  }
-  return true;
+    return frame > checkpoint.frame ||
+           std::any_of(checkpoint.pending.begin(), checkpoint.pending.end(), is_frame);
+  });
 }
 
 // The latest that can be used. One that cannot be read is told of and passed over.
-std::optional<Checkpoint> find_checkpoint(Production& run, int first) {
+std::optional<Checkpoint> find_checkpoint(Production& run, const std::vector<int>& wanted) {
   const std::string& scene = run.manifest().scene;
   for (const int frame : run.folder().saved_checkpoints()) {
     try {
       Checkpoint checkpoint =
           read_checkpoint(run.folder().checkpoint(frame), hash_bytes(scene.data(), scene.size()));
-      if (covers(checkpoint, first)) return checkpoint;
+      if (covers(checkpoint, wanted)) return checkpoint;
     } catch (const Error& error) {
       run.progress().say(std::string(error.what()) + "; it is not used");
     }
@@ -54,27 +57,47 @@ std::optional<Checkpoint> find_checkpoint(Production& run, int first) {
   return std::nullopt;
 }
 
-void restore(Production& run, SimulatedSnow& snow, int first) {
-  if (auto checkpoint = find_checkpoint(run, first)) {
-    snow.restore(std::move(*checkpoint), first);
-  } else if (first > 0) {
-    run.progress().say("There is no checkpoint from before frame " + std::to_string(first) +
+void restore(Production& run, const std::vector<int>& wanted) {
+  if (auto checkpoint = find_checkpoint(run, wanted)) {
+    run.simulated->restore(std::move(*checkpoint), wanted);
+  } else if (wanted.front() > 0) {
+    run.progress().say("There is no checkpoint from before frame " + std::to_string(wanted.front()) +
                        ": simulating again from the start.");
   }
 }
 
-// Whether nothing is left to do.
-bool is_complete(Production& run, int first) {
+// The snow of the frames that are to be made: of another run, of this run's own particle files, or simulated.
+void find_snow(Production& run, const Unfinished& unfinished, const kernels::KernelTable& kernels) {
   const Manifest& m = run.manifest();
-  if (m.status != "complete" || first <= m.last) return false;
+  if (!m.snow_from.empty()) {
+    run.recorded = std::make_unique<RecordedSnow>(m.snow_from);
+    run.recorded->require(m.frames);
+    return;
+  }
+  std::vector<int> wanted;
+  std::set_difference(unfinished.frames.begin(), unfinished.frames.end(), unfinished.kept.begin(),
+                      unfinished.kept.end(), std::back_inserter(wanted));
+  if (!unfinished.kept.empty()) {
+    run.recorded = std::make_unique<RecordedSnow>(run.folder().path());
+    run.recorded->keep_only(unfinished.kept);
+  }
+  if (wanted.empty()) return;
+  run.simulated = make_snow(run.scene(), kernels, m.force);
+  restore(run, wanted);
+}
+
+// Whether nothing is left to do.
+bool is_complete(Production& run, const Unfinished& unfinished) {
+  const Manifest& m = run.manifest();
+  if (m.status != "complete" || !unfinished.frames.empty()) return false;
   if (m.movie.empty() || m.movie_hash.empty()) return true;
   const std::string fault = fault_of(run.folder().path() / m.movie, m.movie_hash);
   if (!fault.empty()) run.progress().say(fault + ": making it again.");
   return fault.empty();
 }
 
-ExitCode end(Production& run, int first) {
-  const ExitCode code = run.produce(first, run.manifest().last, stop_flag());
+ExitCode end(Production& run, const std::vector<int>& frames) {
+  const ExitCode code = run.produce(frames, stop_flag());
   std::cout << run.folder().path().string() << "\n";
   return code;
 }
@@ -86,9 +109,10 @@ ExitCode resume_command(const Options& options) {
   folder.lock();
   Manifest manifest = read_manifest(folder.manifest(), folder.journal());
   require_scene(folder, manifest);
-  const auto [first, why] = first_unfinished(folder, manifest);
+  const Unfinished unfinished = find_unfinished(folder, manifest);
   const std::string isa = isa_of(options, manifest);
   const auto& kernels = choose_kernels(isa);
+  require_inputs_exist(manifest);
   SceneConfig scene = read_scene_text(manifest.scene, manifest.scene_file, {});
   require_inputs(manifest, scene);
   manifest.isa = kernels.isa;
@@ -99,30 +123,26 @@ ExitCode resume_command(const Options& options) {
   Production run(std::move(folder), std::move(scene), std::move(manifest), options.quiet);
   const Manifest& m = run.manifest();
   run.again = shell_line({"firn", "resume", options.target});
-  if (!why.empty())
-    run.progress().say(why + ": frame " + std::to_string(first) + " and those after it are made again.");
-  if (is_complete(run, first)) {
+  if (const auto& damaged = unfinished.damaged; !damaged.empty()) {
+    run.progress().say(unfinished.why + ": frame" + (damaged.size() == 1 ? " " : "s ") + frame_list(damaged) +
+                       (damaged.size() == 1 ? " is" : " are") + " made again.");
+  }
+  if (is_complete(run, unfinished)) {
     run.repair();
     run.progress().say("This run is complete.");
     std::cout << run.folder().path().string() << "\n";
     return ExitCode::ok;
   }
   if (m.pictures) run.renderer = make_renderer(run.scene(), kernels);
-  if (first > m.last) {
+  if (unfinished.frames.empty()) {
     run.progress().say(run.scene().name + ": all frames are there");
-    return end(run, first);
+    return end(run, {});
   }
-  if (m.snow_from.empty()) {
-    run.simulated = make_snow(run.scene(), kernels, m.force);
-    restore(run, *run.simulated, first);
-  } else {
-    run.recorded = std::make_unique<RecordedSnow>(m.snow_from);
-    run.recorded->require(m.frames);
-  }
+  find_snow(run, unfinished, kernels);
   run.expected_seconds = expected_frame_seconds(run.scene(), run.simulated.get(), m.pictures, m.threads);
-  run.progress().say(run.scene().name + ": resuming at frame " + std::to_string(first) + " of " +
+  run.progress().say(run.scene().name + ": resuming with frames " + frame_list(unfinished.frames) + " of " +
                      std::to_string(m.first) + "-" + std::to_string(m.last));
-  return end(run, first);
+  return end(run, unfinished.frames);
 }
 
 }  // namespace firn

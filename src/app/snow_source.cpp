@@ -45,13 +45,14 @@ double SimulatedSnow::bytes_per_particle() const {
          static_cast<double>(std::max<std::size_t>(simulation_.particle_count(), 1));
 }
 
-void SimulatedSnow::restore(Checkpoint checkpoint, int first) {
+void SimulatedSnow::restore(Checkpoint checkpoint, const std::vector<int>& wanted) {
   std::istringstream in(std::move(checkpoint.state));
   simulation_.load(in);
   reached_ = checkpoint.frame;
   steps_before_ = checkpoint.particle_steps;
   for (auto& frame : checkpoint.pending) {
-    if (frame.snow.frame >= first) pending_[frame.snow.frame] = std::move(frame);
+    if (std::binary_search(wanted.begin(), wanted.end(), frame.snow.frame))
+      pending_[frame.snow.frame] = std::move(frame);
   }
 }
 
@@ -71,6 +72,11 @@ Checkpoint SimulatedSnow::checkpoint() const {
 RecordedSnow::RecordedSnow(const std::filesystem::path& run) : folder_(RunFolder::open(run)) {
   const Manifest manifest = read_manifest(folder_.manifest(), folder_.journal());
   for (const auto& record : manifest.frames) records_[record.frame] = record;
+}
+
+void RecordedSnow::keep_only(const std::vector<int>& frames) {
+  std::erase_if(records_,
+                [&](const auto& r) { return !std::binary_search(frames.begin(), frames.end(), r.first); });
 }
 
 void RecordedSnow::require(const std::vector<FrameRecord>& frames) const {

@@ -35,8 +35,8 @@ class SimulatedSnow : public SnowSource {
   bool fetch(int frame, Snapshot& out, FrameRecord& record, const std::atomic<bool>& stop) override;
   double bytes_per_particle() const;
 
-  // Goes on from a checkpoint; of its pending frames those before `first` are not wanted any more.
-  void restore(Checkpoint checkpoint, int first);
+  // Goes on from a checkpoint; of its pending frames it keeps those that are wanted (ascending).
+  void restore(Checkpoint checkpoint, const std::vector<int>& wanted);
   // The state as it is now, with the frames of an earlier checkpoint that were not asked for yet; the scene's
   // hash is left to the caller.
   Checkpoint checkpoint() const;
@@ -54,6 +54,8 @@ class SimulatedSnow : public SnowSource {
 class RecordedSnow : public SnowSource {
  public:
   explicit RecordedSnow(const std::filesystem::path& run);
+  bool has(int frame) const { return records_.count(frame) > 0; }
+  void keep_only(const std::vector<int>& frames);  // ascending
   // Errors: io Error if frames were made of other snow than the run has now.
   void require(const std::vector<FrameRecord>& frames) const;
   bool fetch(int frame, Snapshot& out, FrameRecord& record, const std::atomic<bool>& stop) override;

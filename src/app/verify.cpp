@@ -9,10 +9,19 @@
 namespace firn {
 namespace {
 
-constexpr std::string_view kPictures = "frames/";
+constexpr std::string_view kPictures = "frames/", kParticles = "particles/";  // in the run folder
 
 std::string untold(const RunFolder& folder, int frame) {
   return folder.journal().string() + " has no whole line of frame " + std::to_string(frame);
+}
+
+// Of the first file at fault in this part of the run folder.
+std::string fault_among(const RunFolder& folder, const FrameRecord& record, std::string_view part) {
+  for (const auto& [file, hash] : record.files) {
+    if (!file.starts_with(part)) continue;
+    if (std::string fault = fault_of(folder.path() / file, hash); !fault.empty()) return fault;
+  }
+  return "";
 }
 
 }  // namespace
@@ -27,32 +36,46 @@ std::string fault_of(const std::filesystem::path& file, const std::string& hash)
   }
 }
 
-Unfinished first_unfinished(const RunFolder& folder, const Manifest& manifest) {
-  int frame = manifest.first;
-  for (const FrameRecord& record : manifest.frames) {
-    if (record.frame != frame) return {frame, untold(folder, frame)};
-    for (const auto& [file, hash] : record.files) {
-      if (!manifest.pictures && file.starts_with(kPictures)) continue;
-      if (std::string why = fault_of(folder.path() / file, hash); !why.empty())
-        return {frame, std::move(why)};
+Unfinished find_unfinished(const RunFolder& folder, const Manifest& manifest) {
+  Unfinished found;
+  const auto add = [&](int frame, std::string fault) {
+    found.frames.push_back(frame);
+    if (!fault.empty()) found.damaged.push_back(frame);
+    if (found.why.empty()) found.why = std::move(fault);
+  };
+  auto record = manifest.frames.begin();
+  for (int frame = manifest.first; frame <= manifest.last; ++frame) {
+    if (record == manifest.frames.end() || record->frame != frame) {
+      const bool lost = record != manifest.frames.end() || manifest.status == "complete";
+      add(frame, lost ? untold(folder, frame) : "");
+      continue;
     }
-    ++frame;
+    const std::string snow = fault_among(folder, *record, kParticles);
+    const std::string pictures = manifest.pictures ? fault_among(folder, *record, kPictures) : "";
+    if (!snow.empty() || !pictures.empty()) add(frame, snow.empty() ? pictures : snow);
+    if (snow.empty() && !pictures.empty() && manifest.particles) found.kept.push_back(frame);
+    ++record;
   }
-  const bool lost = manifest.status == "complete" && frame <= manifest.last;
-  return {frame, lost ? untold(folder, frame) : ""};
+  return found;
 }
 
-bool has_pictures(const RunFolder& folder, const Manifest& manifest, int frame) {
-  const auto record = std::find_if(manifest.frames.begin(), manifest.frames.end(),
-                                   [frame](const FrameRecord& r) { return r.frame == frame; });
-  if (record == manifest.frames.end()) return false;
-  int pictures = 0;
-  for (const auto& [file, hash] : record->files) {
-    if (!file.starts_with(kPictures)) continue;
-    if (!fault_of(folder.path() / file, hash).empty()) return false;
-    ++pictures;
+bool has_pictures(const RunFolder& folder, const FrameRecord& record) {
+  const auto is_picture = [](const auto& file) { return file.first.starts_with(kPictures); };
+  return std::any_of(record.files.begin(), record.files.end(), is_picture) &&
+         fault_among(folder, record, kPictures).empty();
+}
+
+void require_inputs_exist(const Manifest& manifest) {
+  std::error_code ignored;
+  for (const auto& [file, hash] : manifest.inputs) {
+    if (std::filesystem::exists(file, ignored)) continue;
+    try {
+      read_scene(manifest.scene_file, {});
+    } catch (const Error& error) {
+      if (std::string_view(error.what()).find(file) != std::string_view::npos) throw;
+    }
+    throw Error(ExitCode::io, file, "no such file, but the scene of this run needs it");
   }
-  return pictures > 0;
 }
 
 void require_inputs(const Manifest& manifest, const SceneConfig& scene) {

@@ -14,6 +14,7 @@
 #include <climits>
 #include <exception>
 #include <mutex>
+#include <numeric>
 #include <string_view>
 #include <thread>
 #include <tuple>
@@ -23,7 +24,12 @@ namespace firn {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using Ticket = std::tuple<int, int>;  // {frame, slot}
+
+struct Turn {
+  std::size_t number;  // from 0, without gaps
+  int frame;
+};
+using Ticket = std::tuple<Turn, int>;  // {turn, slot}
 using Stage = std::function<bool(int, FrameSlot&)>;
 
 // Everything that the nodes share. The stages are serial, so only the log and the outcome need a lock.
@@ -36,9 +42,10 @@ class Run {
 
   bool wants(int frame) const { return frame < end_.load() && !stop_.load(); }
 
-  // One stage on one frame, unless the run ended before it. True if the stage was completed.
+  // One stage on one frame, unless the run ended before it or the frame was passed over. True if the stage
+  // was completed.
   bool perform(const char* name, const Stage& stage, int frame, int slot) {
-    if (frame >= end_.load()) return false;
+    if (frame >= end_.load() || holds_[static_cast<std::size_t>(slot)] != frame) return false;
     const double begin = seconds();
     bool done = false;
     try {
@@ -54,10 +61,11 @@ class Run {
     return done;
   }
 
-  FrameGraphResult finish(int first, int last, int simulated, int written) {
+  // `simulated`, `written`: the last frames that these stages completed, -1 if none.
+  FrameGraphResult finish(int finished, bool interrupted, int simulated, int written) {
     if (error_) std::rethrow_exception(error_);
-    result_.finished = written - first + 1;
-    result_.interrupted = written < last;
+    result_.finished = finished;
+    result_.interrupted = interrupted;
     for (std::size_t slot = 0; slot < slots.size(); ++slot) {
       const int frame = holds_[slot];
       if (frame > written && frame <= simulated) result_.pending.push_back(std::move(slots[slot].snapshot));
@@ -72,6 +80,8 @@ class Run {
     slots[static_cast<std::size_t>(slot)].snapshot.frame = frame;
     holds_[static_cast<std::size_t>(slot)] = frame;
   }
+
+  void pass_over(int slot) { holds_[static_cast<std::size_t>(slot)] = kNoFrame; }
 
   std::vector<FrameSlot> slots;
 
@@ -98,38 +108,49 @@ FrameGraphResult run_graph(const FrameStages& stages, const FrameGraphOptions& o
                            std::atomic<bool>& stop) {
   namespace flow = tbb::flow;
   Run run(options, stop);
-  int next = options.first, simulated = options.first - 1,
-      written = options.first - 1;  // each has one serial writer
+  std::size_t next = 0;  // these four have one serial writer each
+  int simulated = -1, written = -1, passed_over = 0, finished = 0;
 
   flow::graph graph;
-  flow::input_node<int> frames(graph, [&](tbb::flow_control& control) {
-    if (next > options.last || !run.wants(next)) control.stop();
-    return next++;
+  flow::input_node<Turn> frames(graph, [&](tbb::flow_control& control) {
+    if (next < options.frames.size() && run.wants(options.frames[next])) {
+      const Turn turn{next, options.frames[next]};
+      ++next;
+      return turn;
+    }
+    control.stop();
+    return Turn{};
   });
   flow::buffer_node<int> free_slots(graph);
   flow::join_node<Ticket, flow::reserving> pair(graph);
   flow::function_node<Ticket, Ticket> simulate(graph, flow::serial, [&](const Ticket& ticket) {
-    const auto [frame, slot] = ticket;
-    run.assign(slot, frame);
-    if (run.perform("simulate", stages.simulate, frame, slot)) simulated = frame;
+    const auto [turn, slot] = ticket;
+    run.assign(slot, turn.frame);
+    if (run.wants(turn.frame) && stages.claim && !stages.claim(turn.frame)) {
+      run.pass_over(slot);
+      ++passed_over;
+    } else if (run.perform("simulate", stages.simulate, turn.frame, slot)) {
+      simulated = turn.frame;
+    }
     return ticket;
   });
   flow::function_node<Ticket, Ticket> trace(graph, flow::serial, [&](const Ticket& ticket) {
-    run.perform("trace", stages.trace, std::get<0>(ticket), std::get<1>(ticket));
+    run.perform("trace", stages.trace, std::get<0>(ticket).frame, std::get<1>(ticket));
     return ticket;
   });
   flow::function_node<Ticket, int> write(graph, flow::serial, [&](const Ticket& ticket) {
-    const auto [frame, slot] = ticket;
-    if (run.perform("write", stages.write, frame, slot)) written = frame;
+    const auto [turn, slot] = ticket;
+    if (run.perform("write", stages.write, turn.frame, slot)) {
+      written = turn.frame;
+      ++finished;
+    }
     return slot;
   });
   flow::make_edge(frames, flow::input_port<0>(pair));
   flow::make_edge(free_slots, flow::input_port<1>(pair));
   // A serial node runs one body at a time but starts its next body before it passes the last result on, so
   // the order between nodes is not kept by itself: a sequencer stands before each stage.
-  const auto number = [&](const Ticket& ticket) {
-    return static_cast<std::size_t>(std::get<0>(ticket) - options.first);
-  };
+  const auto number = [](const Ticket& ticket) { return std::get<0>(ticket).number; };
   flow::sequencer_node<Ticket> to_simulate(graph, number), to_trace(graph, number), to_write(graph, number);
   flow::make_edge(pair, to_simulate);
   flow::make_edge(to_simulate, simulate);
@@ -142,10 +163,17 @@ FrameGraphResult run_graph(const FrameStages& stages, const FrameGraphOptions& o
   for (int slot = 0; slot < static_cast<int>(run.slots.size()); ++slot) free_slots.try_put(slot);
   frames.activate();
   graph.wait_for_all();
-  return run.finish(options.first, options.last, simulated, written);
+  return run.finish(finished, passed_over + finished < static_cast<int>(options.frames.size()), simulated,
+                    written);
 }
 
 }  // namespace
+
+std::vector<int> frame_range(int first, int last) {
+  std::vector<int> frames(static_cast<std::size_t>(std::max(last - first + 1, 0)));
+  std::iota(frames.begin(), frames.end(), first);
+  return frames;
+}
 
 FrameGraphResult run_frames(const FrameStages& stages, const FrameGraphOptions& options,
                             std::atomic<bool>& stop) {

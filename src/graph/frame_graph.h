@@ -30,6 +30,9 @@ struct FrameStages {
   std::function<bool(int, FrameSlot&)> simulate;
   std::function<bool(int, FrameSlot&)> trace;
   std::function<bool(int, FrameSlot&)> write;
+  // Asked just before a frame is simulated; false passes the frame over: somebody else makes it. May be
+  // empty.
+  std::function<bool(int)> claim = {};
 };
 
 struct StageInterval {  // who ran when, for the Chrome trace and the overlap figure
@@ -40,11 +43,12 @@ struct StageInterval {  // who ran when, for the Chrome trace and the overlap fi
 };
 
 struct FrameGraphOptions {
-  int first = 0;
-  int last = 0;     // included
-  int slots = 3;    // 1: no overlap
-  int threads = 0;  // 0: all
+  std::vector<int> frames;  // ascending
+  int slots = kSlots;       // 1: no overlap
+  int threads = 0;          // 0: all
 };
+
+std::vector<int> frame_range(int first, int last);  // both included
 
 struct FrameGraphResult {
   int finished = 0;  // frames whose write returned true
@@ -53,7 +57,7 @@ struct FrameGraphResult {
   std::vector<Snapshot> pending;  // simulated but not written when the run was interrupted, in frame order
 };
 
-// Runs the stages over frames first..last in one arena of `threads`. `stop` may be set from outside (Ctrl-C):
+// Runs the stages over the frames in one arena of `threads`. `stop` may be set from outside (Ctrl-C):
 // stages poll it and no new frame is begun. A stage that fails on frame k ends the run there: frames before k
 // are still finished, frames after k are dropped, and the first exception is rethrown once every running
 // stage has ended. A failing trace or write also sets `stop`, since nothing that is still simulated could be

@@ -2,6 +2,7 @@
 #include "src/io/file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <xxhash.h>
@@ -67,7 +68,8 @@ void write_file(const fs::path& path, std::string_view bytes) { write_pieces(pat
 
 void write_pieces(const fs::path& path, std::span<const std::string_view> pieces) {
   const fs::path temporary = path.string() + ".part";
-  const int descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  const int descriptor =
+      ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK, 0666);
   if (descriptor < 0) fail(path, "write", errno);
   int error = 0;
   for (const std::string_view piece : pieces) {
@@ -82,15 +84,20 @@ void write_pieces(const fs::path& path, std::span<const std::string_view> pieces
   }
 }
 
-void append_file(const fs::path& path, std::string_view bytes) {
-  const Descriptor file{::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK, 0666)};
+void append_line(const fs::path& path, std::string_view line) {
+  const Descriptor file{::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK, 0666)};
   if (file.number < 0) fail(path, "write", errno);
-  int error = write_all(file.number, bytes);
+  ::flock(file.number, LOCK_EX);  // where there are none, one write of a line is whole all the same
+  char last = '\n';               // stays so in an empty file
+  const off_t end = ::lseek(file.number, 0, SEEK_END);
+  const bool cut_off = end > 0 && ::pread(file.number, &last, 1, end - 1) == 1 && last != '\n';
+  int error = cut_off ? write_all(file.number, "\n") : 0;
+  if (error == 0) error = write_all(file.number, line);
   if (error == 0) error = flush(file.number);
   if (error != 0) fail(path, "write", error);
 }
 
-std::string read_file(const fs::path& path) {
+std::string read_file(const fs::path& path, std::size_t from) {
   // A pipe without a writer would let even open() wait.
   const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
   struct stat status {};
@@ -99,7 +106,9 @@ std::string read_file(const fs::path& path) {
   if (!S_ISREG(status.st_mode)) {
     throw Error(ExitCode::io, path.string(), "cannot read: it is a pipe or a device, not a file");
   }
-  std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
+  const std::size_t size = static_cast<std::size_t>(status.st_size);
+  if (from > 0 && ::lseek(file.number, static_cast<off_t>(from), SEEK_SET) < 0) fail(path, "read", errno);
+  std::string bytes(size > from ? size - from : 0, '\0');
   if (read_all(file.number, bytes.data(), bytes.size()) != bytes.size())
     fail(path, "read", errno ? errno : EIO);
   return bytes;

@@ -14,10 +14,12 @@ namespace firn {
 // Errors: io Error that names the path and the system's reason.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 void write_pieces(const std::filesystem::path& path, std::span<const std::string_view> pieces);  // one file
-// Adds to the end of a file and flushes it to the disk; makes the file if there is none. Errors: io Error; a
-// part of the bytes may be there then.
-void append_file(const std::filesystem::path& path, std::string_view bytes);
-std::string read_file(const std::filesystem::path& path);  // refuses what is no regular file: pipes, devices
+// Adds a line, which ends in '\n', to a file and flushes it to the disk; makes the file if there is none.
+// Several processes may do so: each line is whole, and begins anew after one that was cut off. Errors: io
+// Error; a part of the line may be there then.
+void append_line(const std::filesystem::path& path, std::string_view line);
+// From byte `from` on. Errors: io Error; refuses what is no regular file: pipes, devices.
+std::string read_file(const std::filesystem::path& path, std::size_t from = 0);
 std::string read_standard_input(
     std::size_t most);  // to its end; io Error if there are more bytes than `most`
 

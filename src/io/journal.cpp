@@ -37,7 +37,7 @@ std::optional<FrameRecord> record_of(const std::string& key, std::string_view li
 }  // namespace
 
 void append_journal(const std::filesystem::path& path, const std::string& key, const FrameRecord& record) {
-  append_file(path, line_of(key, record));
+  append_line(path, line_of(key, record));
 }
 
 void replace_journal(const std::filesystem::path& path, const std::string& key,
@@ -47,16 +47,26 @@ void replace_journal(const std::filesystem::path& path, const std::string& key,
   write_file(path, lines);
 }
 
-std::vector<FrameRecord> read_journal(const std::filesystem::path& path, const std::string& key) {
+std::vector<FrameRecord> JournalTail::read() {
   std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored)) return {};
-  const std::string bytes = read_file(path);
-  std::map<int, FrameRecord> records;
+  std::vector<FrameRecord> added;
+  if (!std::filesystem::exists(path_, ignored)) return added;
+  const std::string bytes = read_file(path_, read_);
   std::string_view rest = bytes;
   for (std::size_t end = rest.find('\n'); end != std::string_view::npos; end = rest.find('\n')) {
-    if (auto record = record_of(key, rest.substr(0, end), path.string()))
-      records[record->frame] = std::move(*record);
+    if (auto record = record_of(key_, rest.substr(0, end), path_.string()))
+      added.push_back(std::move(*record));
     rest.remove_prefix(end + 1);
+    read_ += end + 1;
+  }
+  return added;
+}
+
+std::vector<FrameRecord> read_journal(const std::filesystem::path& path, const std::string& key) {
+  std::map<int, FrameRecord> records;
+  for (FrameRecord& record : JournalTail(path, key).read()) {
+    const int frame = record.frame;
+    records[frame] = std::move(record);
   }
   std::vector<FrameRecord> frames;
   frames.reserve(records.size());

@@ -6,13 +6,15 @@
 #pragma once
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "src/io/manifest.h"
 
 namespace firn {
 
-// Errors: io Error if the disk is full; then the last line may be there in part.
+// By several processes, if need be. Errors: io Error if the disk is full; then the last line may be there in
+// part.
 void append_journal(const std::filesystem::path& path, const std::string& key, const FrameRecord& record);
 // The file with these frames alone, in place of what is there.
 void replace_journal(const std::filesystem::path& path, const std::string& key,
@@ -20,5 +22,18 @@ void replace_journal(const std::filesystem::path& path, const std::string& key,
 // Whole lines, in the order of their frames; none if there is no such file. Errors: io Error for a file that
 // cannot be read.
 std::vector<FrameRecord> read_journal(const std::filesystem::path& path, const std::string& key);
+
+// What was added since the last look, by whomever.
+class JournalTail {
+ public:
+  JournalTail(std::filesystem::path path, std::string key) : path_(std::move(path)), key_(std::move(key)) {}
+  // Whole lines in the order in which they were added. Errors: as of read_journal().
+  std::vector<FrameRecord> read();
+
+ private:
+  std::filesystem::path path_;
+  std::string key_;
+  std::size_t read_ = 0;  // bytes
+};
 
 }  // namespace firn

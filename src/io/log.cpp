@@ -7,6 +7,9 @@
 namespace firn {
 
 void Log::open(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored))
+    throw Error(ExitCode::io, path.string(), "cannot write the log: it is not a file");
   out_.open(path, std::ios::app);
   if (!out_) throw Error(ExitCode::io, path.string(), "cannot write the log");
 }

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <thread>
 #include <utility>
 
 #include "src/core/error.h"
@@ -22,6 +24,10 @@ constexpr const char* kOwnNames[] = {
     "run.json", "frames.jsonl", "scene.resolved.toml", "log.txt",   "metrics.csv", "trace.json",
     "frames",   "particles",    "checkpoints",         "movie.mp4", "movie.webp"};
 
+constexpr const char *kLock = ".firn-lock", *kClaim = ".firn-claim";
+constexpr int kTries = 20;  // to share with a process that is about to do so too
+constexpr auto kPause = std::chrono::milliseconds(100);
+
 [[noreturn]] void fail(const fs::path& path, const std::string& reason) {
   throw Error(ExitCode::io, path.string(), "cannot write into this folder: " + reason);
 }
@@ -29,6 +35,12 @@ constexpr const char* kOwnNames[] = {
 bool present(const fs::path& path) {
   std::error_code ignored;
   return fs::exists(fs::symlink_status(path, ignored));
+}
+
+std::string numbered(int frame, const std::string& extension) {
+  char name[32];
+  std::snprintf(name, sizeof name, "%04d", frame);
+  return name + extension;
 }
 
 fs::path absolute_of(const fs::path& path) { return fs::absolute(path).lexically_normal(); }
@@ -61,11 +73,12 @@ void probe(const fs::path& folder) {
   fs::remove(file, ignored);
 }
 
-// Files that write_file() did not finish.
+// Files that write_file() did not finish, and claims on frames.
 void sweep(const fs::path& folder) {
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    if (entry.path().extension() == ".part") fs::remove(entry.path(), ignored);
+    const fs::path kind = entry.path().extension();
+    if (kind == ".part" || kind == kClaim) fs::remove(entry.path(), ignored);
   }
 }
 
@@ -154,10 +167,30 @@ RunFolder::~RunFolder() {
 
 void RunFolder::lock() {
   if (lock_) return;
-  lock_ = std::make_unique<RunLock>(path_);
+  lock_ = std::make_unique<FileLock>(path_ / kLock, FileLock::Kind::exclusive, path_);
   if (opened_) return;
   refuse_foreign_files(path_, overwrite_);  // again: another process may have been here before the lock
   fresh_ = !present(manifest());
+}
+
+bool RunFolder::lock_shared() {
+  lock_ = FileLock::try_take(path_ / kLock);
+  for (int tries = 1; !lock_; ++tries) {
+    try {
+      lock_ = std::make_unique<FileLock>(path_ / kLock, FileLock::Kind::shared, path_);
+      return false;
+    } catch (const Error&) {
+      if (tries == kTries) throw;
+      std::this_thread::sleep_for(kPause);
+    }
+  }
+  return true;
+}
+
+void RunFolder::share_with_others() { lock_->share(); }
+
+std::unique_ptr<FileLock> RunFolder::claim(int frame) const {
+  return FileLock::try_take(frames() / numbered(frame, kClaim));
 }
 
 void RunFolder::begin() {
@@ -187,22 +220,12 @@ void RunFolder::keep() {
 }
 
 fs::path RunFolder::frame(int number, const std::string& extension) const {
-  char name[32];
-  std::snprintf(name, sizeof name, "%04d.", number);
-  return frames() / (name + extension);
+  return frames() / numbered(number, "." + extension);
 }
 
-fs::path RunFolder::particle_file(int number) const {
-  char name[32];
-  std::snprintf(name, sizeof name, "%04d.firn", number);
-  return particles() / name;
-}
+fs::path RunFolder::particle_file(int number) const { return particles() / numbered(number, ".firn"); }
 
-fs::path RunFolder::checkpoint(int number) const {
-  char name[32];
-  std::snprintf(name, sizeof name, "%04d.checkpoint", number);
-  return checkpoints() / name;
-}
+fs::path RunFolder::checkpoint(int number) const { return checkpoints() / numbered(number, ".checkpoint"); }
 
 std::vector<int> RunFolder::saved_checkpoints() const {
   std::vector<int> frames;

@@ -2,7 +2,7 @@
 // The folder that a run lands in. It is taken before anything is computed, so that a folder that cannot be
 // written is known at once; it is given back (removed, if it was made here) unless the run is kept, so that a
 // scene error found later, or a disk that is full at once, leaves nothing behind. No run is ever overwritten
-// unasked, and only one process at a time writes into it.
+// unasked, and only one process at a time writes into it, or several that share its frames.
 #pragma once
 #include <filesystem>
 #include <memory>
@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "src/io/run_lock.h"
+#include "src/io/file_lock.h"
 
 namespace firn {
 
@@ -30,8 +30,15 @@ class RunFolder {
   // From here on other processes are kept out. Errors: io Error if one is in, usage Error if one began a run
   // here since the folder was taken.
   void lock();
+  // For a process that only adds to frames, each of which it claims: it shares the run with others that do,
+  // and keeps the writers out that lock() it. Of an opened run. True for the only one that is in: it has the
+  // run for itself until share_with_others(). Errors: io Error if a writer is in.
+  bool lock_shared();
+  void share_with_others();
+  // Null if another process has the frame.
+  std::unique_ptr<FileLock> claim(int frame) const;
   // After the manifest was written, in place of an old run's: removes the other files of that run, and what
-  // writes that were cut off left behind. Killed before, the old run is whole; killed after, there is a new
+  // processes that were killed left behind. Killed before, the old run is whole; killed after, there is a new
   // one to resume.
   void begin();
   void keep();  // from here on the folder stays
@@ -65,7 +72,7 @@ class RunFolder {
   bool overwrite_ = false;
   bool opened_ = false;  // an existing run
   bool fresh_ = false;   // locked, without an earlier run, and not yet kept
-  std::unique_ptr<RunLock> lock_;
+  std::unique_ptr<FileLock> lock_;
 };
 
 }  // namespace firn

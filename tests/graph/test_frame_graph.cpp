@@ -56,7 +56,7 @@ TEST_CASE("With two or more slots, frame k+1 is simulated while frame k is trace
   FrameStages stages = sleeping_stages(0, 0, 1);
   stages.simulate = [&](int f, FrameSlot&) { return simulating = f, wait_for(tracing, f - 1); };
   stages.trace = [&](int f, FrameSlot&) { return tracing = f, f == 7 || wait_for(simulating, f + 1); };
-  const auto result = run(stages, {0, 7, slots, 4});
+  const auto result = run(stages, {frame_range(0, 7), slots, 4});
   REQUIRE(result.finished == 8);
   for (int k = 0; k < 7; ++k) {
     INFO("slots " << slots << ", frame " << k);
@@ -65,7 +65,7 @@ TEST_CASE("With two or more slots, frame k+1 is simulated while frame k is trace
 }
 
 TEST_CASE("With one slot nothing overlaps") {
-  const auto result = run(sleeping_stages(3, 3, 3), {0, 5, 1, 4});
+  const auto result = run(sleeping_stages(3, 3, 3), {frame_range(0, 5), 1, 4});
   REQUIRE(result.intervals.size() == 18);
   for (std::size_t i = 0; i < 18; ++i) {
     for (std::size_t j = i + 1; j < 18; ++j) CHECK_FALSE(overlap(result.intervals[i], result.intervals[j]));
@@ -78,7 +78,7 @@ TEST_CASE("Every stage takes the frames one at a time and in order, also when ea
   stages.simulate = [&](int f, FrameSlot&) { return seen[0].push_back(f), rest(f % 3 == 0 ? 6 : 0); };
   stages.trace = [&](int f, FrameSlot&) { return seen[1].push_back(f), rest(f % 4 == 0 ? 8 : 1); };
   stages.write = [&](int f, FrameSlot&) { return seen[2].push_back(f), rest(f % 2); };
-  run(stages, {3, 22, 4, 4});
+  run(stages, {frame_range(3, 22), 4, 4});
   std::vector<int> expected;
   for (int f = 3; f <= 22; ++f) expected.push_back(f);
   for (const auto& order : seen) CHECK(order == expected);
@@ -103,7 +103,7 @@ TEST_CASE("A frame keeps its slot through all stages and no slot serves two fram
     busy.erase(&slot);
     return true;
   };
-  run(stages, {0, 30, 3, 4});
+  run(stages, {frame_range(0, 30), 3, 4});
   CHECK(all.size() <= 3);
   CHECK_FALSE(shared);
   CHECK_FALSE(moved);
@@ -117,7 +117,7 @@ TEST_CASE("One thread is enough, with nested parallel loops in every stage") {
     parallel_for(100, 1, [&](std::size_t) { ++items; });
     return true;
   };
-  CHECK(run({loop, loop, loop}, {0, 9, slots, threads}).finished == 10);
+  CHECK(run({loop, loop, loop}, {frame_range(0, 9), slots, threads}).finished == 10);
   CHECK(items == 3000);
 }
 
@@ -131,7 +131,7 @@ TEST_CASE("An exception of the simulation comes out after all earlier frames are
   stages.write = [&](int f, FrameSlot&) { return written.push_back(f), true; };
   std::atomic<bool> stop{false};
   try {
-    run_frames(stages, {0, 20, 3, 2}, stop);
+    run_frames(stages, {frame_range(0, 20), 3, 2}, stop);
     FAIL("no exception");
   } catch (const Error& error) {
     CHECK(error.code() == ExitCode::unstable);
@@ -150,7 +150,7 @@ TEST_CASE("An exception of a later stage stops the simulation and comes out") {
   stages.simulate = [&](int f, FrameSlot&) { return last = f, true; };
   (in_write ? stages.write : stages.trace) = fail;
   std::atomic<bool> stop{false};
-  CHECK_THROWS_WITH(run_frames(stages, {0, 1000, 3, 2}, stop), "disk full");
+  CHECK_THROWS_WITH(run_frames(stages, {frame_range(0, 1000), 3, 2}, stop), "disk full");
   CHECK(stop);
   CHECK(last < 20);
 }
@@ -172,7 +172,7 @@ TEST_CASE("A stopped run finishes what was traced and hands back what was simula
     return !stop;
   };
   stages.write = [&](int f, FrameSlot&) { return written.push_back(f), true; };
-  const auto result = run_frames(stages, {0, 50, 3, 4}, stop);
+  const auto result = run_frames(stages, {frame_range(0, 50), 3, 4}, stop);
   CHECK(result.interrupted);
   CHECK(result.finished == 4);
   CHECK(written == std::vector<int>{0, 1, 2, 3});
@@ -201,7 +201,7 @@ TEST_CASE(
       };
       stages.trace = [&](int frame, FrameSlot&) { return reaches(1, frame), !stop; };
       stages.write = [&](int frame, FrameSlot&) { return reaches(2, frame), written = frame, true; };
-      const auto result = run_frames(stages, {first, first + frames - 1, slots, 2}, stop);
+      const auto result = run_frames(stages, {frame_range(first, first + frames - 1), slots, 2}, stop);
       INFO("frames " << first << "-" << first + frames - 1 << ", slots " << slots << ", stage " << stage
                      << " of frame " << at);
       CHECK(result.finished == written - first + 1);
@@ -218,8 +218,40 @@ TEST_CASE(
 
 TEST_CASE("A run that was stopped before it began does nothing and says so") {
   std::atomic<bool> stop{true};
-  const auto result = run_frames(sleeping_stages(1, 1, 1), {0, 3, 2, 2}, stop);
+  const auto result = run_frames(sleeping_stages(1, 1, 1), {frame_range(0, 3), 2, 2}, stop);
   CHECK(result.finished == 0);
   CHECK(result.interrupted);
   CHECK(result.intervals.empty());
+}
+
+TEST_CASE(
+    "Frames with gaps are made in order, and those that others claim are passed over with their slots") {
+  const int slots = GENERATE(1, 2, 3), threads = GENERATE(1, 4);
+  std::vector<int> simulated, written;
+  FrameStages stages = sleeping_stages(0, 1, 0);
+  stages.claim = [](int frame) { return frame % 3 != 0; };
+  stages.simulate = [&](int frame, FrameSlot&) { return simulated.push_back(frame), true; };
+  stages.write = [&](int frame, FrameSlot& slot) {
+    return written.push_back(frame), slot.snapshot.frame == frame;
+  };
+  const auto result = run(stages, {{0, 3, 4, 6, 8, 9, 11, 12}, slots, threads});
+  CHECK(result.finished == 3);
+  CHECK_FALSE(result.interrupted);
+  CHECK(simulated == std::vector<int>{4, 8, 11});
+  CHECK(written == simulated);
+}
+
+TEST_CASE("Frames that were passed over are not handed back when the run is stopped") {
+  std::atomic<bool> stop{false};
+  FrameStages stages = sleeping_stages(0, 0, 0);
+  stages.claim = [](int frame) { return frame % 2 == 1; };
+  stages.trace = [&](int frame, FrameSlot&) {
+    if (frame == 3) stop = true;
+    return !stop;
+  };
+  const auto result = run_frames(stages, {frame_range(0, 9), 3, 2}, stop);
+  CHECK(result.interrupted);
+  CHECK(result.finished == 1);
+  REQUIRE(!result.pending.empty());
+  for (const Snapshot& snow : result.pending) CHECK(snow.frame % 2 == 1);
 }

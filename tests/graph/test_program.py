@@ -10,6 +10,7 @@ import pty
 import random
 import re
 import resource
+import shutil
 import signal
 import struct
 import subprocess
@@ -194,10 +195,10 @@ class Estimates(ProgramTest):
 
     NAMES = ("broken_snowball_2d", "column_collapse", "cornell_box", "snowball_drop", "two_snowballs")
 
-    def most_memory(self, *words):
+    def most_memory(self, *words, preload=None):
         """MiB that firn held at most."""
-        most = 0
-        with subprocess.Popen([FIRN, *words], cwd=self.here, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+        most, environment = 0, os.environ | ({"LD_PRELOAD": str(preload)} if preload else {})
+        with subprocess.Popen([FIRN, *words], cwd=self.here, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment) as process:
             while process.poll() is None:
                 status = Path(f"/proc/{process.pid}/status").read_text()
                 told = re.search(r"VmHWM:\s+(\d+) kB", status)
@@ -220,6 +221,24 @@ class Estimates(ProgramTest):
             self.assertTrue(low <= most <= high, f"{name}: told {low} to {high} MiB, took {most}")
             least, last = (int(n.replace(",", "")) for n in re.search(r"([\d,]+) to ([\d,]+) in all", said).groups())
             self.assertTrue(least <= self.manifest(name)["frames"][-1]["metrics"]["steps"] <= last, said)
+
+    @unittest.skipIf(PATIENCE > 1, "sanitizers take memory of their own")
+    def test_frames_do_not_pile_up_before_a_slow_disk(self):
+        """Each flush to the disk takes 80 ms, several times as long as a frame is simulated and traced."""
+        self.write("slow.c", "#include <unistd.h>\n#include <sys/syscall.h>\nint fsync(int fd) { usleep(80000); return syscall(SYS_fsync, fd); }\n")
+        subprocess.run(["cc", "-shared", "-fPIC", "-o", "slow.so", "slow.c"], cwd=self.here, check=True)
+        words = ["run", self.scene, "--set", "simulation.particles_across=60", "--set", "time.fps=2000", "--set", "output.particles=true", "--set", "output.movie=false",
+                 "--set", "output.checkpoint_every=0"]
+        few, many = ["--set", "time.frames=4"], ["--set", "time.frames=24"]
+        quick = self.most_memory(*words, *many, "--out", "quick")
+        for frames, slots, out in ((few, [], "few"), (many, [], "many"), (many, ["--no-overlap"], "one")):
+            begin = time.monotonic()
+            most = self.most_memory(*words, *frames, *slots, "--out", out, preload=self.here / "slow.so")
+            self.assertGreater(time.monotonic() - begin, 0.08 * 3 * (4 if frames is few else 24))
+            self.assertLess(most / quick, 1.1, f"{out}: {most} MiB, {quick} with the disk as it is")
+        particles = (self.here / "many/particles/0001.firn").stat().st_size / 2**20
+        self.assertGreater(20 * particles, 0.5 * quick, "frames that pile up would be seen")
+        self.assertEqual(self.hashes("many"), self.hashes("quick"))
 
 
 class Interruptions(ProgramTest):
@@ -494,6 +513,47 @@ class Damage(ProgramTest):
                 self.assertEqual(self.hashes("a"), before)
         self.assertIn("complete", self.firn("resume", "a").stderr)
 
+    def test_only_the_damaged_frames_are_made_again(self):
+        random.seed(3)
+        for words in (["--set", "output.particles=true"], []):
+            self.firn("run", self.scene, "--out", "a", "--overwrite", "--set", "output.checkpoint_every=2", *words)
+            records, rows = self.manifest("a")["frames"], (self.here / "a/metrics.csv").read_text()
+            movie = self.manifest("a")["movie_hash"]
+            for round in range(8):
+                damaged, simulated = set(random.sample(range(6), random.randint(1, 4))), set()
+                for frame in damaged:
+                    kind = random.choice(["frames/{:04}.png", "particles/{:04}.firn"]) if words else "frames/{:04}.png"
+                    if not words or kind.startswith("particles"):
+                        simulated.add(frame)
+                    (self.here / "a" / kind.format(frame)).write_bytes(b"")
+                before = {frame: (self.here / f"a/frames/{frame:04}.png").stat().st_mtime_ns for frame in range(6)}
+                self.assertRegex(self.firn("resume", "a", *["--no-overlap"] * (round % 2)).stderr, r"frames? [-\d, ]+ (is|are) made again")
+                told = self.manifest("a")
+                self.assertEqual({f for f in range(6) if (self.here / f"a/frames/{f:04}.png").stat().st_mtime_ns != before[f]}, damaged)
+                self.assertLessEqual({old["frame"] for old, new in zip(records, told["frames"]) if old["simulate_s"] != new["simulate_s"]}, simulated)
+                for old, new in zip(records, told["frames"]):
+                    for key in ("frame", "particle_steps", "metrics", "particles_hash", "picture_hash", "files"):
+                        self.assertEqual(old[key], new[key])
+                self.assertEqual((told["status"], told["movie_hash"]), ("complete", movie))
+                self.assertEqual((self.here / "a/metrics.csv").read_text(), rows)
+                records = told["frames"]
+
+    def test_the_making_again_may_be_stopped_at_any_moment(self):
+        random.seed(4)
+        self.firn("run", self.scene, "--out", "a", *LARGER, "--set", "output.particles=true", "--set", "output.checkpoint_every=1")
+        before, rows = self.hashes("a"), (self.here / "a/metrics.csv").read_text()
+        for round in range(6):
+            for name in ("frames/0001.png", "particles/0002.firn", "frames/0004.png", "particles/0005.firn"):
+                (self.here / "a" / name).unlink(missing_ok=True)
+            for kind in random.sample([signal.SIGTERM, signal.SIGKILL, signal.SIGINT], 2):
+                with subprocess.Popen([FIRN, "resume", "a", "--quiet"], cwd=self.here, stdout=subprocess.DEVNULL) as process:
+                    time.sleep(random.uniform(0.01, 0.5))
+                    process.send_signal(kind)
+            self.firn("resume", "a")
+            self.assertEqual(self.hashes("a"), before)
+            self.assertEqual((self.here / "a/metrics.csv").read_text(), rows)
+            self.assertIn("complete", self.firn("resume", "a").stderr)
+
     def test_resume_writes_the_rows_of_metrics_anew(self):
         self.firn("run", self.scene, "--out", "a")
         path = self.here / "a/metrics.csv"
@@ -534,7 +594,13 @@ class Damage(ProgramTest):
                 self.assertIn("rock.obj", self.firn(*words, code=4).stderr)
                 self.assertFalse((self.here / "b").exists())
         (self.here / "rock.obj").unlink()
-        self.assertIn("rock.obj", self.firn("resume", "a", code=4).stderr)
+        line = 1 + (self.here / "rocky.toml").read_text().splitlines().index('file = "rock.obj"')
+        for words in (["resume", "a"], ["render", "a"], ["render", "a", "--out", "b"]):  # where the user wrote it
+            self.assertRegex(self.firn(*words, code=4).stderr, rf"^\S*/rocky.toml:{line}:\d+: no such file: \S+rock.obj\n$")
+        self.write("rocky.toml", "[[")
+        self.assertRegex(self.firn("resume", "a", code=4).stderr, r"^\S+/rock.obj: no such file")
+        (self.here / "rocky.toml").unlink()
+        self.assertRegex(self.firn("resume", "a", code=4).stderr, r"^\S+/rock.obj: no such file")
         self.write("rock.obj", corner)
         self.firn("resume", "a")
         self.assertEqual(self.hashes("a"), before)
@@ -588,13 +654,15 @@ class Damage(ProgramTest):
         whole = path.read_text()
         lines = whole.splitlines(keepends=True)
         edited = whole.replace('"frames/0002.png":', '"frames/0009.png":')
-        for kind, text, first in (("edited", edited, 2), ("flipped", whole.replace('"mass_kg":', '"mass_kg":7', 1), 0),
-                                  ("cut", whole[:-40], 5), ("a line lost", "".join(lines[:3] + lines[4:]), 3), ("empty", "", 0),
-                                  ("missing", None, 0), ("garbage", "\0{}\n[1]\n" * 9, 0), ("turned", "".join(reversed(lines)), None),
-                                  ("twice", whole + whole, None), ("foreign", (self.here / "other/frames.jsonl").read_text(), 0)):
+        none, all = "complete", "frames 0-5 are made again"
+        for kind, text, told in (("edited", edited, "frame 2 is"), ("flipped", whole.replace('"mass_kg":', '"mass_kg":7', 1), "frame 0 is"),
+                                 ("cut", whole[:-40], "frame 5 is"), ("lines lost", "".join(lines[:1] + lines[2:3] + lines[5:]), "frames 1, 3-4 are"),
+                                 ("empty", "", all), ("missing", None, all), ("garbage", "\0{}\n[1]\n" * 9, all),
+                                 ("turned", "".join(reversed(lines)), none), ("twice", whole + whole, none),
+                                 ("foreign", (self.here / "other/frames.jsonl").read_text(), all)):
             path.unlink() if text is None else path.write_text(text)
             said = self.firn("resume", "a").stderr
-            self.assertIn("complete" if first is None else f"frame {first} ", said, kind)
+            self.assertIn(told, said, kind)
             self.assertEqual(self.hashes("a"), before, kind)
 
     def test_a_journal_is_added_to_and_not_written_anew(self):
@@ -724,11 +792,132 @@ class Writers(ProgramTest):
         self.firn("resume", "a")
         self.assertEqual(self.manifest("a")["status"], "complete")
 
+    def test_a_pipe_in_place_of_a_file_is_refused_at_once(self):
+        self.firn("run", self.scene, "--out", "a")
+        for name in ("log.txt", "run.json", "frames.jsonl", "frames/0002.png", "metrics.csv", "scene.resolved.toml", "trace.json"):
+            shutil.copytree(self.here / "a", self.here / "b")
+            (self.here / "b" / name).unlink()
+            os.mkfifo(self.here / "b" / name)
+            done = subprocess.run([FIRN, "resume", "b"], cwd=self.here, capture_output=True, text=True, timeout=20 * PATIENCE)
+            self.assertIn(done.returncode, (0, 4), name)
+            if done.returncode == 4:
+                self.assertIn(name, done.stderr)
+            shutil.rmtree(self.here / "b")
+
     def test_a_start_that_fails_leaves_nothing(self):
         full = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
         before = self.names(".")
         self.firn("run", self.scene, "--out", "new/a", code=4, limit=full)
         self.assertEqual(self.names("."), before)
+
+
+class Sharing(ProgramTest):
+    """Several processes that render the frames of one run."""
+    LEFT_OVER = (".firn-lock", "frames/*.firn-claim", "**/*.part")
+
+    def setUp(self):
+        super().setUp()
+        self.firn("simulate", self.scene, "--out", "a", *LARGER)
+        self.firn("run", self.scene, "--out", "whole", *LARGER)
+        self.pictures = [h[2] for h in self.hashes("whole")]
+
+    def start(self, *words):
+        return subprocess.Popen([FIRN, "render", "a", *words], cwd=self.here, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+
+    def end(self, process, code=0):
+        said = process.communicate(timeout=120)[1]
+        self.assertEqual(process.returncode, code, said)
+        return said
+
+    def wait_for(self, condition, process):
+        while not condition() and process.poll() is None:
+            time.sleep(0.002)
+
+    def lines(self):
+        """The frames whose pictures were recorded, each as often as it was rendered."""
+        records = [json.loads(line) for line in (self.here / "a/frames.jsonl").read_text().splitlines()]
+        return sorted(record["frame"] for record in records if record["picture_hash"])
+
+    def check_whole(self):
+        self.assertEqual([h[2] for h in self.hashes("a")], self.pictures)
+        for name in self.LEFT_OVER:
+            self.assertEqual(list((self.here / "a").glob(name)), [])
+        self.assertEqual(self.manifest("a")["status"], "complete")
+        self.assertIn("complete", self.firn("resume", "a").stderr)
+
+    def test_each_frame_is_rendered_once(self):
+        for count, words in ((2, []), (4, ["--overwrite"]), (3, ["--overwrite", "--no-overlap", "--threads", "1"])):
+            before = self.lines()
+            processes = [self.start(*words) for _ in range(count)]
+            for process in processes:
+                self.end(process)
+            if count == 2:
+                self.assertEqual(self.lines(), list(range(6)))
+            else:  # one that starts later may find frames finished that were to be overwritten
+                self.assertLessEqual(len(self.lines()) - len(before), 6 * count)
+            self.check_whole()
+
+    def test_frames_of_a_process_that_is_killed_are_rendered_by_the_others(self):
+        for kind, code in ((signal.SIGKILL, -9), (signal.SIGTERM, 130), (signal.SIGINT, 130)):
+            first = self.start("--overwrite")
+            self.wait_for(lambda: list((self.here / "a/frames").glob("*.firn-claim")), first)
+            second = self.start("--overwrite")
+            time.sleep(0.3)
+            first.send_signal(kind)
+            self.end(first, code)
+            self.end(second)
+            self.firn("render", "a")
+            self.check_whole()
+
+    def test_a_silent_process_is_waited_for(self):
+        first = self.start()
+        self.wait_for(lambda: list((self.here / "a/frames").glob("*.firn-claim")), first)
+        first.send_signal(signal.SIGSTOP)
+        second = self.start("--frames", "0-4")
+        self.wait_for(lambda: "waiting for them" in (self.here / "a/log.txt").read_text(), second)
+        second.send_signal(signal.SIGINT)
+        said = self.end(second, 130)
+        self.assertIn("waiting for them", said)
+        self.assertIn("firn render a --frames 0-4\n", said)
+        self.assertRegex(self.firn("resume", "a", code=4).stderr, r"written by process \d+ on \S+\n")
+        first.send_signal(signal.SIGCONT)
+        self.end(first)
+        self.check_whole()
+
+    def test_writers_and_renderers_keep_one_another_out(self):
+        first = self.start()
+        self.wait_for(lambda: (self.here / "a/.firn-lock").exists(), first)
+        for words in (["resume", "a"], ["simulate", self.scene, "--out", "a", "--overwrite"], ["run", self.scene, "--out", "a", "--overwrite"]):
+            self.assertRegex(self.firn(*words, code=4).stderr, rf"^a: .*written by process {first.pid} on \S+\n")
+        self.end(first)
+        self.check_whole()
+        words = [FIRN, "simulate", self.scene, "--out", "b", "--quiet", "--set", "time.frames=4000"]
+        with subprocess.Popen(words, cwd=self.here, stdout=subprocess.DEVNULL) as process:
+            self.wait_for(lambda: (self.here / "b/particles/0003.firn").exists(), process)
+            self.assertIn(f"process {process.pid}", self.firn("render", "b", code=4).stderr)
+            self.firn("render", "b", "--out", "c", "--frames", "0-2")
+            process.kill()
+
+    def test_a_line_that_was_cut_off_costs_that_line_alone(self):
+        self.firn("render", "a", "--frames", "0-2")
+        with open(self.here / "a/frames.jsonl", "a", encoding="utf-8") as journal:
+            journal.write('{"frame":3,"simul')
+        first, second = self.start(), self.start()
+        self.end(first)
+        self.end(second)
+        self.check_whole()
+
+    def test_pictures_of_a_run_of_version_0_1_are_added_to_it(self):
+        told = self.manifest("a")
+        for frame in told["frames"]:
+            frame["film_hash"] = frame.pop("picture_hash")
+        told["version"] = "0.1.0"
+        (self.here / "a/run.json").write_text(json.dumps({key: value for key, value in told.items() if key != "hash"}))
+        (self.here / "a/frames.jsonl").unlink()
+        processes = [self.start() for _ in range(3)]
+        for process in processes:
+            self.end(process)
+        self.check_whole()
 
 
 class Words(ProgramTest):

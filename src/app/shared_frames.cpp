@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#include "src/app/shared_frames.h"
+
+#include <utility>
+
+#include "src/app/verify.h"
+
+namespace firn {
+
+SharedFrames::SharedFrames(const RunFolder& folder, const Manifest& run, std::vector<int> frames, bool again)
+    : folder_(folder), frames_(std::move(frames)), journal_(folder.journal(), run.key()) {
+  if (again) journal_.read();
+}
+
+bool SharedFrames::has_pictures(int frame) {
+  if (finished_.count(frame)) return true;
+  for (FrameRecord& record : journal_.read()) {
+    const int added = record.frame;
+    records_[added] = std::move(record);
+  }
+  const auto record = records_.find(frame);
+  if (record == records_.end() || !firn::has_pictures(folder_, record->second)) return false;
+  finished_.insert(frame);
+  records_.erase(record);
+  return true;
+}
+
+std::vector<int> SharedFrames::left() {
+  const std::lock_guard lock(mutex_);
+  std::vector<int> left;
+  for (const int frame : frames_) {
+    if (!has_pictures(frame)) left.push_back(frame);
+  }
+  return left;
+}
+
+bool SharedFrames::claim(int frame) {
+  const std::lock_guard lock(mutex_);
+  if (claims_.count(frame)) return true;
+  if (has_pictures(frame)) return false;
+  std::unique_ptr<FileLock> claim = folder_.claim(frame);
+  // Another may have finished the frame before the claim was made, and given its own back.
+  if (!claim || has_pictures(frame)) return false;
+  claims_[frame] = std::move(claim);
+  return true;
+}
+
+void SharedFrames::release(int frame) {
+  const std::lock_guard lock(mutex_);
+  finished_.insert(frame);
+  claims_.erase(frame);
+}
+
+}  // namespace firn
