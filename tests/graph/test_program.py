@@ -325,6 +325,73 @@ class Interruptions(ProgramTest):
             self.assertFalse(list((self.here / run).rglob("*.part")))
             self.assertFalse((self.here / run / ".firn-lock").exists())
 
+    # Loaded into firn, this kills it at a chosen write: with its bytes in a temporary file, or just after that got its name.
+    KILLER = r"""
+    #define _GNU_SOURCE
+    #include <signal.h>
+    #include <stdio.h>
+    #include <stdlib.h>
+    #include <string.h>
+    #include <sys/syscall.h>
+    #include <unistd.h>
+    static void reach(const char* moment, const char* path) {
+      static int reached;
+      if (strcmp(moment, getenv("KILL_WHEN")) || !strstr(path, getenv("KILL_AT"))) return;
+      if (__sync_add_and_fetch(&reached, 1) == atoi(getenv("KILL_COUNT"))) kill(getpid(), SIGKILL);
+    }
+    int fsync(int file) {
+      char link[64], path[4096] = "";
+      snprintf(link, sizeof link, "/proc/self/fd/%d", file);
+      if (readlink(link, path, sizeof path - 1) > 0) reach("before", path);
+      const int result = syscall(SYS_fsync, file);
+      reach("after", path);
+      return result;
+    }
+    int rename(const char* from, const char* to) {
+      const int result = syscall(SYS_renameat2, AT_FDCWD, from, AT_FDCWD, to, 0);
+      reach("after", to);
+      return result;
+    }
+    """
+
+    @unittest.skipIf(PATIENCE > 1, "the sanitizers want to be loaded first")
+    def test_a_kill_at_the_write_of_any_file_loses_nothing(self):
+        self.write("killer.c", self.KILLER.replace("#include <signal.h>", "#include <fcntl.h>\n#include <signal.h>"))
+        subprocess.run(["cc", "-shared", "-fPIC", "-o", "killer.so", "killer.c"], cwd=self.here, check=True)
+        size = ["--set", "output.particles=true", "--set", "output.checkpoint_every=1"]
+        self.firn("run", self.scene, "--out", "whole", *size)
+        whole, rows = self.manifest("whole"), (self.here / "whole/metrics.csv").read_text()
+
+        def start(words, when, place, count):
+            environment = os.environ | {"LD_PRELOAD": str(self.here / "killer.so"), "KILL_WHEN": when, "KILL_AT": place, "KILL_COUNT": str(count)}
+            done = subprocess.run([FIRN, *words, "--quiet"], cwd=self.here, env=environment, stdout=subprocess.DEVNULL, timeout=60)
+            self.assertIn(done.returncode, (0, -9))
+            return done.returncode == -9
+
+        random.seed(11)
+        kills = {}
+        for place in ("/run.json", "/frames.jsonl", "/scene.resolved", "/metrics.csv", "/frames/", "/particles/", "/checkpoints/", "/movie", "/trace.json"):
+            for when in ("before", "after"):
+                run, most = f"run{len(kills)}", 4 if place.endswith("/") or "jsonl" in place else 1
+                killed = start(["run", self.scene, "--out", run, *size], when, place, random.randint(1, most))
+                if not (self.here / run / "run.json").exists():  # before the run began: nothing to go on from
+                    self.firn("run", self.scene, "--out", run, *size)
+                again = sum(start(["resume", run], when, place, random.randint(1, min(most, 2))) for _ in range(2))
+                kills[place, when] = (killed, again)
+                self.firn("resume", run)
+                told = self.manifest(run)
+                for one, other in zip(whole["frames"], told["frames"], strict=True):
+                    for key in ("frame", "particle_steps", "metrics", "particles_hash", "picture_hash", "files"):
+                        self.assertEqual(one[key], other[key], run)
+                self.assertEqual((told["status"], told["movie_hash"]), ("complete", whole["movie_hash"]), run)
+                self.assertEqual((self.here / run / "metrics.csv").read_text(), rows)
+                self.assertEqual([path for path in (self.here / run).rglob("*") if ".part" in path.name or "firn-lock" in path.name], [])
+                self.assertIn("complete", self.firn("resume", run).stderr)
+        for (place, when), (killed, again) in kills.items():
+            print(f"{place:18}{when:8}killed in run: {int(killed)}, in resume: {again}")
+        self.assertGreaterEqual(sum(killed + again for killed, again in kills.values()), 20)
+        self.assertTrue(all(any(sum(kills[place, when]) for when in ("before", "after")) for place, _ in kills))
+
     def test_a_kill_soon_after_a_resume_does_not_throw_the_simulation_back(self):
         self.interrupt("stopped", 3)
         with subprocess.Popen([FIRN, "resume", "stopped", "--quiet"], cwd=self.here, stdout=subprocess.DEVNULL) as process:
@@ -476,7 +543,9 @@ class Checks(ProgramTest):
     def test_snow_under_the_terrain(self):
         under = "allow_overlap = true"
         hill = '[[object]]\nshape = "box"\ncenter = [0, -2, 0]\nsize = [9, 4, 9]\n'
-        for bodies, rest, buried in (([("a", [0, -5, 0], under)], GROUND, "the ground"), ([("a", [0, -0.2, 0], under)], GROUND, "the ground"),
+        hidden = hill.replace("object", "collider") + 'name = "hill"\nvisible = false\n'
+        for bodies, rest, buried in (([("a", [0, -1, 0], under)], hidden, "collider 'hill'"), ([("a", [0, -1, 0], under)], hidden.replace("false", "true"), "collider 'hill'"),
+                                     ([("a", [0, 0.1, 0], "")], hidden, None), ([("a", [0, -5, 0], under)], GROUND, "the ground"), ([("a", [0, -0.2, 0], under)], GROUND, "the ground"),
                                      ([("a", [0, 0.05, 0], under)], GROUND, "the ground"), ([("a", [0, 0.1, 0], "")], GROUND, None),
                                      ([("a", [0, -1, 0], "")], hill, "object[0]"), ([("a", [0, 0.1, 0], "")], hill, None)):
             _, warned = self.check(scene_of(bodies, rest))

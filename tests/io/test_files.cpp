@@ -6,6 +6,7 @@
 
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "src/core/error.h"
 #include "src/io/file.h"
@@ -347,4 +348,47 @@ TEST_CASE("the manifest keeps the forces of the colliders") {
   CHECK(m.contacts[0].collider == "ground");
   CHECK(m.contacts[0].force == Vec3(1, -2, 0.5));
   CHECK(m.plastic_work == 0.25);
+}
+
+TEST_CASE("Lines that several writers add to a journal at a time are all whole") {
+  const Manifest manifest = example();
+  const Records records(manifest);
+  JournalTail tail(records.journal, manifest.key());
+  CHECK(tail.read().size() == 1);
+  CHECK(tail.read().empty());
+  std::vector<std::thread> writers;
+  for (int writer = 0; writer < 4; ++writer) {
+    writers.emplace_back([&, writer] {
+      for (int i = 0; i < 25; ++i) {
+        FrameRecord record = manifest.frames[0];
+        record.frame = 10 + 4 * i + writer;
+        record.metrics.step.cause = std::string(5000, 'x');  // longer than a pipe would keep whole
+        append_journal(records.journal, manifest.key(), record);
+      }
+    });
+  }
+  std::size_t seen = 0;
+  for (int looks = 0; looks < 10'000 && seen < 100; ++looks) seen += tail.read().size();
+  for (std::thread& writer : writers) writer.join();
+  seen += tail.read().size();
+  CHECK(seen == 100);
+  CHECK(read_journal(records.journal, manifest.key()).size() == 101);
+}
+
+TEST_CASE("After a line that was cut off the next one begins anew") {
+  const Manifest manifest = example();
+  const Records records(manifest);
+  const std::string whole = read_file(records.journal);
+  for (std::size_t size = 0; size <= whole.size(); size += 31) {
+    write_file(records.journal, whole + whole.substr(0, size));
+    JournalTail tail(records.journal, manifest.key());
+    tail.read();
+    FrameRecord record = manifest.frames[0];
+    record.frame = 3;
+    append_journal(records.journal, manifest.key(), record);
+    const auto added = tail.read();
+    REQUIRE(!added.empty());
+    CHECK(added.back().frame == 3);
+    CHECK(frames_of(records.read()) == std::vector<int>{2, 3});
+  }
 }

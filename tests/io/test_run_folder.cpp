@@ -241,3 +241,62 @@ TEST_CASE("Saved checkpoints are found by their frames, the latest first") {
     write_file(folder.checkpoints() / name, "x");
   CHECK(folder.saved_checkpoints() == std::vector<int>{100000, 12, 7, 0});
 }
+
+TEST_CASE("Several processes share a run, and a writer is let in when the last of them has gone") {
+  Inside inside;
+  make_run("a");
+  RunFolder writer = RunFolder::open("a");
+  {
+    RunFolder second = RunFolder::open("a");
+    {
+      RunFolder first = RunFolder::open("a");
+      CHECK(first.lock_shared());
+      CHECK_THROWS_WITH(writer.lock(), contains("written by process " + std::to_string(::getpid())));
+      first.share_with_others();
+      CHECK_FALSE(second.lock_shared());
+      CHECK_NOTHROW(first.require_lock());
+      CHECK_NOTHROW(second.require_lock());
+      CHECK_THROWS_AS(writer.lock(), Error);
+    }
+    CHECK(fs::exists("a/.firn-lock"));
+    CHECK_NOTHROW(second.require_lock());
+    CHECK_THROWS_AS(writer.lock(), Error);
+  }
+  CHECK_FALSE(fs::exists("a/.firn-lock"));
+  writer.lock();
+  CHECK_THROWS_WITH(RunFolder::open("a").lock_shared(), contains("written by"));
+}
+
+TEST_CASE("The claim of another machine bars sharing if it is a writer's, and writing whatever it is") {
+  Inside inside;
+  make_run("a");
+  const auto claim = [](const char* text) { write_file("a/.firn-lock", text); };
+  claim("elsewhere 5\n");
+  CHECK_THROWS_WITH(RunFolder::open("a").lock_shared(), contains("process 5 on elsewhere"));
+  claim("elsewhere 5 shared\n");
+  CHECK_THROWS_WITH(RunFolder::open("a").lock(), contains("process 5 on elsewhere"));
+  RunFolder folder = RunFolder::open("a");
+  CHECK_FALSE(folder.lock_shared());
+  CHECK_NOTHROW(folder.require_lock());
+}
+
+TEST_CASE("A frame is claimed by one at a time, and claims of the dead are swept or taken over") {
+  Inside inside;
+  make_run("a");
+  RunFolder one = RunFolder::open("a"), other = RunFolder::open("a");
+  auto claim = one.claim(7);
+  REQUIRE(claim);
+  CHECK(other.claim(8));
+  CHECK_FALSE(other.claim(7));
+  claim.reset();
+  CHECK(other.claim(7));
+  CHECK(entries_of("a/frames") == std::vector<std::string>{"0000.png"});
+  write_file("a/frames/0007.firn-claim", "elsewhere 5\n");
+  CHECK_FALSE(one.claim(7));  // of another machine, and young
+  fs::last_write_time("a/frames/0007.firn-claim", fs::file_time_type::clock::now() - std::chrono::minutes(3));
+  CHECK(one.claim(7));
+  write_file("a/frames/0009.firn-claim", "");
+  one.lock();
+  one.begin();
+  CHECK(entries_of("a/frames") == std::vector<std::string>{"0000.png"});
+}
