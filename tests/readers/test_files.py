@@ -22,7 +22,7 @@ FIRN = sys.argv[1] if len(sys.argv) > 1 else "build/firn"
 FRAMES, FPS, WIDTH, HEIGHT = 6, 24, 48, 32
 LAYERS = {"albedo": 3, "normal": 3, "depth": 1, "sparkle": 3, "subsurface": 3, "samples": 1, "variance": 1}
 DESCRIPTION = r'''description = "A ball, \"so to speak\", that falls: ä, ❄, \\ and #"'''
-SCENE = (Path(__file__).resolve().parents[1] / "graph/tiny.toml").read_text(encoding="utf-8")
+SCENE = (Path(__file__).resolve().parents[1] / "program/tiny.toml").read_text(encoding="utf-8")
 SCENE = SCENE.replace("[camera]", DESCRIPTION + "\n[camera]", 1).replace("samples = 2", "samples = 4") + f"""
 particles = true
 tone_map = "srgb"
