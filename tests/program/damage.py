@@ -37,47 +37,6 @@ class Damage(ProgramTest):
                 self.assertEqual(self.hashes("a"), before)
         self.assertIn("complete", self.firn("resume", "a").stderr)
 
-    def test_only_the_damaged_frames_are_made_again(self):
-        random.seed(3)
-        for words in (["--set", "output.particles=true"], []):
-            self.firn("run", self.scene, "--out", "a", "--overwrite", "--set", "output.checkpoint_every=2", *words)
-            records, rows = self.manifest("a")["frames"], (self.here / "a/metrics.csv").read_text()
-            movie = self.manifest("a")["movie_hash"]
-            for round in range(8):
-                damaged, simulated = set(random.sample(range(6), random.randint(1, 4))), set()
-                for frame in damaged:
-                    kind = random.choice(["frames/{:04}.png", "particles/{:04}.firn"]) if words else "frames/{:04}.png"
-                    if not words or kind.startswith("particles"):
-                        simulated.add(frame)
-                    (self.here / "a" / kind.format(frame)).write_bytes(b"")
-                before = {frame: (self.here / f"a/frames/{frame:04}.png").stat().st_mtime_ns for frame in range(6)}
-                self.assertRegex(self.firn("resume", "a", *["--no-overlap"] * (round % 2)).stderr, r"frames? [-\d, ]+ (is|are) made again")
-                told = self.manifest("a")
-                self.assertEqual({f for f in range(6) if (self.here / f"a/frames/{f:04}.png").stat().st_mtime_ns != before[f]}, damaged)
-                self.assertLessEqual({old["frame"] for old, new in zip(records, told["frames"]) if old["simulate_s"] != new["simulate_s"]}, simulated)
-                for old, new in zip(records, told["frames"]):
-                    for key in ("frame", "particle_steps", "metrics", "particles_hash", "picture_hash", "files"):
-                        self.assertEqual(old[key], new[key])
-                self.assertEqual((told["status"], told["movie_hash"]), ("complete", movie))
-                self.assertEqual((self.here / "a/metrics.csv").read_text(), rows)
-                records = told["frames"]
-
-    def test_the_making_again_may_be_stopped_at_any_moment(self):
-        random.seed(4)
-        self.firn("run", self.scene, "--out", "a", *LARGER, "--set", "output.particles=true", "--set", "output.checkpoint_every=1")
-        before, rows = self.hashes("a"), (self.here / "a/metrics.csv").read_text()
-        for round in range(6):
-            for name in ("frames/0001.png", "particles/0002.firn", "frames/0004.png", "particles/0005.firn"):
-                (self.here / "a" / name).unlink(missing_ok=True)
-            for kind in random.sample([signal.SIGTERM, signal.SIGKILL, signal.SIGINT], 2):
-                with subprocess.Popen([FIRN, "resume", "a", "--quiet"], cwd=self.here, stdout=subprocess.DEVNULL) as process:
-                    time.sleep(random.uniform(0.01, 0.5))
-                    process.send_signal(kind)
-            self.firn("resume", "a")
-            self.assertEqual(self.hashes("a"), before)
-            self.assertEqual((self.here / "a/metrics.csv").read_text(), rows)
-            self.assertIn("complete", self.firn("resume", "a").stderr)
-
     def test_resume_writes_the_rows_of_metrics_anew(self):
         self.firn("run", self.scene, "--out", "a")
         path = self.here / "a/metrics.csv"
@@ -256,3 +215,48 @@ class Damage(ProgramTest):
         self.assertEqual(done.returncode, 2, done.stderr)
         self.assertIn(b"UTF-8", done.stderr)
         self.assertFalse((self.here / "a").exists())
+
+
+class MadeAgain(ProgramTest):
+    """Which frames a resume makes, and that it may be stopped meanwhile."""
+
+    def test_only_the_damaged_frames_are_made_again(self):
+        random.seed(3)
+        for words in (["--set", "output.particles=true"], []):
+            self.firn("run", self.scene, "--out", "a", "--overwrite", "--set", "output.checkpoint_every=2", *words)
+            records, rows = self.manifest("a")["frames"], (self.here / "a/metrics.csv").read_text()
+            movie = self.manifest("a")["movie_hash"]
+            for round in range(8):
+                damaged, simulated = set(random.sample(range(6), random.randint(1, 4))), set()
+                for frame in damaged:
+                    kind = random.choice(["frames/{:04}.png", "particles/{:04}.firn"]) if words else "frames/{:04}.png"
+                    if not words or kind.startswith("particles"):
+                        simulated.add(frame)
+                    (self.here / "a" / kind.format(frame)).write_bytes(b"")
+                before = {frame: (self.here / f"a/frames/{frame:04}.png").stat().st_mtime_ns for frame in range(6)}
+                self.assertRegex(self.firn("resume", "a", *["--no-overlap"] * (round % 2)).stderr, r"frames? [-\d, ]+ (is|are) made again")
+                told = self.manifest("a")
+                self.assertEqual({f for f in range(6) if (self.here / f"a/frames/{f:04}.png").stat().st_mtime_ns != before[f]}, damaged)
+                self.assertLessEqual({old["frame"] for old, new in zip(records, told["frames"]) if old["simulate_s"] != new["simulate_s"]}, simulated)
+                for old, new in zip(records, told["frames"]):
+                    for key in ("frame", "particle_steps", "metrics", "particles_hash", "picture_hash", "files"):
+                        self.assertEqual(old[key], new[key])
+                self.assertEqual((told["status"], told["movie_hash"]), ("complete", movie))
+                self.assertEqual((self.here / "a/metrics.csv").read_text(), rows)
+                records = told["frames"]
+
+    def test_the_making_again_may_be_stopped_at_any_moment(self):
+        random.seed(4)
+        self.firn("run", self.scene, "--out", "a", *LARGER, "--set", "output.particles=true", "--set", "output.checkpoint_every=1")
+        before, rows = self.hashes("a"), (self.here / "a/metrics.csv").read_text()
+        for round in range(6):
+            for name in ("frames/0001.png", "particles/0002.firn", "frames/0004.png", "particles/0005.firn"):
+                (self.here / "a" / name).unlink(missing_ok=True)
+            for kind in random.sample([signal.SIGTERM, signal.SIGKILL, signal.SIGINT], 2):
+                with subprocess.Popen([FIRN, "resume", "a", "--quiet"], cwd=self.here, stdout=subprocess.DEVNULL) as process:
+                    time.sleep(random.uniform(0.01, 0.5))
+                    process.send_signal(kind)
+            self.firn("resume", "a")
+            self.assertEqual(self.hashes("a"), before)
+            self.assertEqual((self.here / "a/metrics.csv").read_text(), rows)
+            self.assertIn("complete", self.firn("resume", "a").stderr)

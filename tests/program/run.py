@@ -7,7 +7,7 @@ import unittest
 
 from program import ProgramTest
 from checks import Checks, Estimates
-from damage import Damage
+from damage import Damage, MadeAgain
 from interruptions import FirstFrame, Interruptions, Movies
 from runs import Refusals, Runs
 from same_bits import SameBits
@@ -15,7 +15,7 @@ from words import Words
 from writers import Sharing, Writers
 
 FAST = [Checks, Damage, Movies, Refusals, Runs, SameBits, Words, Writers]
-SLOW = [Estimates, FirstFrame, Interruptions, Sharing]
+SLOW = [Estimates, FirstFrame, Interruptions, MadeAgain, Sharing]
 
 
 def main(words):
