@@ -60,21 +60,16 @@ struct Solids {
   std::vector<Shape> shapes;
 };
 
-bool is_hidden(const SceneConfig& scene, const Collider& collider) {
-  return std::any_of(scene.colliders.begin(), scene.colliders.end(),
-                     [&](const ColliderConfig& c) { return c.name == collider.name && !c.visible; });
-}
-
-Solids solids_of(const SceneConfig& scene, const SimulationSetup& setup, const RenderSetup& render) {
+Solids solids_of(const SimulationSetup& setup, const RenderSetup& render) {
   Solids solids;
   for (const Collider& c : setup.colliders) {
-    if (!is_hidden(scene, c)) continue;
-    solids.names.push_back("collider '" + c.name + "'");
+    solids.names.push_back(c.name == "ground" ? "the ground" : "collider '" + c.name + "'");
     solids.shapes.push_back({c.shape.form, c.motion.pose(c.shape.pose, 0)});
   }
   for (const Object& o : render.objects) {
     const SurfaceKind kind = render.surfaces[static_cast<std::size_t>(o.surface)].kind;
     if (kind == SurfaceKind::dielectric || kind == SurfaceKind::none) continue;  // snow may lie in glass
+    if (std::find(solids.names.begin(), solids.names.end(), o.name) != solids.names.end()) continue;
     solids.names.push_back(o.name);
     solids.shapes.push_back({o.shape.form, o.motion.pose(o.shape.pose, 0)});
   }
@@ -188,7 +183,7 @@ ExitCode check_command(const Options& options) {
   SimulationSetup setup = build_simulation(scene, options.force);
   print_line("scene", scene.name + " (" + scene.file + (options.quick ? ", quick size)" : ")"));
   print_snow(setup);
-  warn_of_footing(scene, setup, solids_of(scene, setup, render));
+  warn_of_footing(scene, setup, solids_of(setup, render));
   const SimulationSetup bare = without_particles(setup);  // a run keeps them no longer, either
   Simulation simulation(kernels, std::move(setup));
   print_line("grid", text("dx %.4g m, ", bare.dx) + grouped(simulation.grid_blocks()) +

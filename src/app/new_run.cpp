@@ -105,7 +105,7 @@ ExitCode run_scene(const Options& options, const RunKind& kind) {
   run.progress().say(opening_line(run, run.manifest(), snow->simulation().particle_count()));
   run.simulated = std::move(snow);
   run.renderer = std::move(renderer);
-  run.again = shell_line({"firn", "resume", run.folder().path().string()});
+  run.again = shell_line({"firn", "resume", as_operand(run.folder().path().string())});
   std::atomic<bool>& stop = stop_flag();
   remove_when_interrupted({});
   const ExitCode code = run.produce(frame_range(run.manifest().first, run.manifest().last), stop);

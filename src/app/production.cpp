@@ -4,6 +4,8 @@
 // before a checkpoint that relies on it, so a power cut at any point leaves a run that can be resumed.
 #include "src/app/production.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <iterator>
 #include <thread>
@@ -55,6 +57,8 @@ Manifest new_manifest(const Options& options, const SceneConfig& scene, const st
   m.force = options.force;
   m.seed = scene.simulation.seed;
   m.started = utc_now();
+  m.id = hash_in_hex(std::to_string(std::chrono::system_clock::now().time_since_epoch().count()) + " " +
+                     std::to_string(::getpid()));
   m.scene_file = std::filesystem::absolute(scene.file).string();
   m.scene = resolved_toml(scene);
   m.scene_hash = hash_in_hex(m.scene);
@@ -86,6 +90,7 @@ Production::Production(RunFolder folder, SceneConfig scene, Manifest manifest, b
 
 // The manifest comes first, in one move: from then on the folder is this run's, whatever happens next.
 void Production::begin(const std::vector<int>& frames) {
+  left_ = {frames.begin(), frames.end()};
   if (!shared) begin_alone(frames);
   log_.open(folder_.log());
   log_.add(manifest_.command);
@@ -93,16 +98,23 @@ void Production::begin(const std::vector<int>& frames) {
 
 void Production::begin_alone(const std::vector<int>& frames) {
   folder_.lock();
-  std::erase_if(manifest_.frames, [&](const FrameRecord& record) {
-    return std::binary_search(frames.begin(), frames.end(), record.frame);
-  });
+  const auto is_lost = [&](const FrameRecord& record) {
+    return std::binary_search(frames.begin(), frames.end(), record.frame) &&
+           !(recorded && recorded->has(record.frame));
+  };
+  for (FrameRecord& record : manifest_.frames) {
+    if (is_lost(record)) lost_[record.frame] = record;
+  }
+  std::erase_if(manifest_.frames, is_lost);
   manifest_.error.clear();
   // Before the manifest, in which version 0.1 kept the frames. The journal of a run that is replaced is left
   // until there is a new manifest, which cannot read it.
   if (folder_.opened()) replace_journal(folder_.journal(), manifest_.key(), manifest_.frames);
-  save_manifest("running");
+  save_manifest(folder_.opened() ? "running" : "starting");
+  if (!folder_.opened()) folder_.clear();
   folder_.begin();
   write_tables();
+  if (!folder_.opened()) save_manifest("running");
   folder_.keep();
 }
 
@@ -246,8 +258,20 @@ bool Production::write(int frame, FrameSlot& slot) {
   return true;
 }
 
+// Pictures that were added to a run which makes none are still those of its snow when that is made again.
+void Production::keep_pictures(FrameRecord& record) const {
+  const auto lost = lost_.find(record.frame);
+  if (renderer || lost == lost_.end() || lost->second.particles_hash != record.particles_hash) return;
+  FrameRecord kept = lost->second;
+  kept.simulate_seconds = record.simulate_seconds;
+  kept.write_seconds = record.write_seconds;
+  record = std::move(kept);
+}
+
 void Production::finish_frame(InFlight job) {
+  keep_pictures(job.record);
   append_journal(folder_.journal(), manifest_.key(), job.record);
+  const int frame = job.record.frame;
   auto& frames = manifest_.frames;
   const auto place = std::lower_bound(frames.begin(), frames.end(), job.record.frame,
                                       [](const FrameRecord& a, int frame) { return a.frame < frame; });
@@ -256,6 +280,7 @@ void Production::finish_frame(InFlight job) {
   } else {
     frames.insert(place, std::move(job.record));
   }
+  left_.erase(frame);
   manifest_.bytes_per_particle = std::max(manifest_.bytes_per_particle, job.bytes_per_particle);
   if (Clock::now() - manifest_saved_ > kManifestEvery) save_manifest("running");
   if (job.checkpoint) save_checkpoint(std::move(*job.checkpoint));
@@ -351,8 +376,13 @@ ExitCode Production::interrupted(FrameGraphResult result) {
     save_manifest("interrupted");
   }
   if (metrics_) metrics_->replace(manifest_.frames);
-  const auto kept = std::count_if(manifest_.frames.begin(), manifest_.frames.end(),
-                                  [&](const FrameRecord& r) { return !renderer || !r.picture_hash.empty(); });
+  const auto kept = std::count_if(
+      manifest_.frames.begin(), manifest_.frames.end(),
+      [&](const FrameRecord& r) { return !left_.count(r.frame) && (!renderer || !r.picture_hash.empty()); });
+  if (shared) {
+    const std::vector<int> left = shared->left();
+    again += " --frames " + std::to_string(left.front()) + "-" + std::to_string(left.back());
+  }
   progress_.say("Interrupted. " + std::to_string(kept) +
                 (kept == 1 ? " finished frame is" : " finished frames are") + " kept in " +
                 folder_.path().string() + ". Continue with: " + again);

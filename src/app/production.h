@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -36,7 +37,8 @@ class Production {
   std::unique_ptr<RecordedSnow> recorded;
   std::unique_ptr<Renderer> renderer;
   double expected_seconds = 0;  // of one frame, for the first guess of the time left
-  std::string again;            // the command that continues this run when it is interrupted
+  std::string again;  // the command that continues this run when it is interrupted; of shared frames
+                      // without their range
   // Given where recorded snow is shown in its own folder: only pictures are added, and others may do so too.
   std::unique_ptr<SharedFrames> shared;
 
@@ -70,6 +72,7 @@ class Production {
   ExitCode finish(FrameGraphResult result, const std::atomic<bool>& stop);
   FrameGraphResult run_graph(const std::vector<int>& frames, std::atomic<bool>& stop);
   FrameGraphResult run_shared(std::atomic<bool>& stop);
+  void keep_pictures(FrameRecord& record) const;
   void finish_frame(InFlight job);
   void save_manifest(const std::string& status);
   void save_checkpoint(Checkpoint checkpoint);
@@ -85,6 +88,8 @@ class Production {
   Progress progress_;
   std::optional<MetricsCsv> metrics_;
   std::mutex mutex_;
+  std::set<int> left_;                 // frames that are to be made
+  std::map<int, FrameRecord> lost_;    // what was known of those whose snow is made again
   std::map<int, InFlight> in_flight_;  // frames between their simulate and the end of their write
   const double earlier_wall_;
   const Clock::time_point started_ = Clock::now();

@@ -3,6 +3,7 @@
 // way. Of a run: the particles that it kept, into its own folder or, with --out, as a run of its own.
 #include <filesystem>
 #include <iostream>
+#include <set>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -25,12 +26,18 @@ std::pair<int, int> frames_to_show(const Options& options, const RunFolder& sour
     throw Error(ExitCode::usage, options.target,
                 "this run kept no particles; make one with 'firn simulate' or --set output.particles=true");
   }
-  const auto frames = options.frames.value_or(std::pair(run.frames.front().frame, run.frames.back().frame));
+  // Of a complete run all, though the first or the last may have been damaged since.
+  const bool complete = run.status == "complete";
+  const auto frames = options.frames.value_or(std::pair(complete ? run.first : run.frames.front().frame,
+                                                        complete ? run.last : run.frames.back().frame));
+  std::set<int> finished;
+  for (const FrameRecord& record : run.frames) finished.insert(record.frame);
   for (int frame = frames.first; frame <= frames.second; ++frame) {
-    if (!std::filesystem::exists(source.particle_file(frame))) {
-      throw Error(ExitCode::usage, options.target,
-                  "this run has no particles of frame " + std::to_string(frame));
-    }
+    if (finished.count(frame) && std::filesystem::exists(source.particle_file(frame))) continue;
+    std::string what = "this run has no particles of frame " + std::to_string(frame);
+    if (frame >= run.first && frame <= run.last)
+      what += "; '" + shell_line({"firn", "resume", as_operand(options.target)}) + "' makes what is missing";
+    throw Error(ExitCode::usage, options.target, what);
   }
   return frames;
 }
@@ -49,12 +56,8 @@ Manifest share(RunFolder& source) {
 }
 
 std::string command_again(const Options& options) {
-  if (options.out) return shell_line({"firn", "resume", *options.out});
-  std::vector<std::string> words = {"firn", "render", options.target};
-  if (const auto frames = options.frames) {
-    words.push_back("--frames");
-    words.push_back(std::to_string(frames->first) + "-" + std::to_string(frames->second));
-  }
+  if (options.out) return shell_line({"firn", "resume", as_operand(*options.out)});
+  std::vector<std::string> words = {"firn", "render", as_operand(options.target)};
   if (options.overwrite) words.push_back("--overwrite");
   return shell_line(words);
 }
@@ -87,6 +90,7 @@ ExitCode render_run(const Options& options) {
   if (options.out) {
     manifest.wants_movie = false;
     manifest.snow_from = std::filesystem::absolute(options.target).string();
+    manifest.snow_origin = simulated.origin();
     require_utf8(manifest.snow_from, options.target);
     std::tie(manifest.first, manifest.last) = frames;
     source = RunFolder::take(scene.name, options.out, options.overwrite);

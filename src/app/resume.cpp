@@ -71,7 +71,7 @@ void find_snow(Production& run, const Unfinished& unfinished, const kernels::Ker
   const Manifest& m = run.manifest();
   if (!m.snow_from.empty()) {
     run.recorded = std::make_unique<RecordedSnow>(m.snow_from);
-    run.recorded->require(m.frames);
+    run.recorded->require(m.snow_origin, m.frames);
     return;
   }
   std::vector<int> wanted;
@@ -108,6 +108,7 @@ ExitCode resume_command(const Options& options) {
   RunFolder folder = RunFolder::open(options.target);
   folder.lock();
   Manifest manifest = read_manifest(folder.manifest(), folder.journal());
+  if (manifest.status == "starting") folder.clear();
   require_scene(folder, manifest);
   const Unfinished unfinished = find_unfinished(folder, manifest);
   const std::string isa = isa_of(options, manifest);
@@ -122,7 +123,7 @@ ExitCode resume_command(const Options& options) {
 
   Production run(std::move(folder), std::move(scene), std::move(manifest), options.quiet);
   const Manifest& m = run.manifest();
-  run.again = shell_line({"firn", "resume", options.target});
+  run.again = shell_line({"firn", "resume", as_operand(options.target)});
   if (const auto& damaged = unfinished.damaged; !damaged.empty()) {
     run.progress().say(unfinished.why + ": frame" + (damaged.size() == 1 ? " " : "s ") + frame_list(damaged) +
                        (damaged.size() == 1 ? " is" : " are") + " made again.");

@@ -71,6 +71,7 @@ Checkpoint SimulatedSnow::checkpoint() const {
 
 RecordedSnow::RecordedSnow(const std::filesystem::path& run) : folder_(RunFolder::open(run)) {
   const Manifest manifest = read_manifest(folder_.manifest(), folder_.journal());
+  origin_ = manifest.origin();
   for (const auto& record : manifest.frames) records_[record.frame] = record;
 }
 
@@ -79,7 +80,11 @@ void RecordedSnow::keep_only(const std::vector<int>& frames) {
                 [&](const auto& r) { return !std::binary_search(frames.begin(), frames.end(), r.first); });
 }
 
-void RecordedSnow::require(const std::vector<FrameRecord>& frames) const {
+void RecordedSnow::require(const std::string& origin, const std::vector<FrameRecord>& frames) const {
+  if (!origin.empty() && origin != origin_) {
+    throw Error(ExitCode::io, folder_.path().string(),
+                "this run has other snow than it had when it was rendered");
+  }
   for (const FrameRecord& frame : frames) {
     const auto now = records_.find(frame.frame);
     if (now != records_.end() && now->second.particles_hash == frame.particles_hash) continue;
@@ -97,7 +102,7 @@ bool RecordedSnow::fetch(int frame, Snapshot& out, FrameRecord& record, const st
   out = read_particle_file(folder_.particle_file(frame));
   if (out.frame != frame || snapshot_hash(out) != record.particles_hash) {
     throw Error(ExitCode::io, folder_.particle_file(frame).string(),
-                "these are not the particles that the run wrote");
+                "these are not the particles that the run wrote; 'firn resume' of that run makes them again");
   }
   return true;
 }

@@ -56,12 +56,14 @@ class RecordedSnow : public SnowSource {
   explicit RecordedSnow(const std::filesystem::path& run);
   bool has(int frame) const { return records_.count(frame) > 0; }
   void keep_only(const std::vector<int>& frames);  // ascending
-  // Errors: io Error if frames were made of other snow than the run has now.
-  void require(const std::vector<FrameRecord>& frames) const;
+  // Errors: io Error if the snow is of another origin (unless empty), or frames were made of other snow than
+  // the run has now.
+  void require(const std::string& origin, const std::vector<FrameRecord>& frames) const;
   bool fetch(int frame, Snapshot& out, FrameRecord& record, const std::atomic<bool>& stop) override;
 
  private:
   RunFolder folder_;
+  std::string origin_;
   std::map<int, FrameRecord> records_;
 };
 

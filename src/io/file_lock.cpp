@@ -2,6 +2,7 @@
 #include "src/io/file_lock.h"
 
 #include <fcntl.h>
+#include <signal.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -14,6 +15,7 @@
 #include <cstring>
 #include <ctime>
 #include <sstream>
+#include <string_view>
 
 #include "src/core/error.h"
 
@@ -47,8 +49,10 @@ Claim read_claim(int descriptor) {
   char text[512] = {};
   Claim claim;
   std::string kind;
-  if (::pread(descriptor, text, sizeof text - 1, 0) > 0)
-    std::istringstream(text) >> claim.host >> claim.process >> kind;
+  if (::pread(descriptor, text, sizeof text - 1, 0) > 0) {
+    const std::string_view line = text;  // what is left of a longer one may follow
+    std::istringstream(std::string(line.substr(0, line.find('\n')))) >> claim.host >> claim.process >> kind;
+  }
   if (kind == kShared) claim.kind = FileLock::Kind::shared;
   struct stat status {};
   if (::fstat(descriptor, &status) == 0) claim.age = std::time(nullptr) - status.st_mtime;
@@ -62,8 +66,12 @@ Claim read_claim(int descriptor) {
            " s old; if that process is gone, try again in " +
            std::to_string(std::max(kExpires - std::max(claim.age, 0L), 0L)) + " s";
   }
+  // Of several that share, the one that the claim names may have ended.
+  const bool is_gone =
+      claim.host == host_name() && ::kill(static_cast<pid_t>(claim.process), 0) != 0 && errno == ESRCH;
   throw Error(ExitCode::io, where.string(),
-              "this run is being written by process " + std::to_string(claim.process) + " on " +
+              "this run is being written by " +
+                  (is_gone ? "another process" : "process " + std::to_string(claim.process)) + " on " +
                   (claim.host.empty() ? "this machine" : claim.host) + hint);
 }
 
@@ -113,7 +121,7 @@ int acquire_or_refuse(const fs::path& path, FileLock::Kind kind, const fs::path&
 FileLock::FileLock(fs::path path, Kind kind, int descriptor)
     : path_(std::move(path)), kind_(kind), descriptor_(descriptor) {
   if (const int error = write_claim(); error != 0) {
-    if (kind == Kind::exclusive) ::unlink(path_.c_str());
+    if (!is_taken(descriptor_, Kind::exclusive)) ::unlink(path_.c_str());
     ::close(descriptor_);
     cannot_write(path_, error);
   }
@@ -130,13 +138,12 @@ std::unique_ptr<FileLock> FileLock::try_take(const fs::path& path) {
                         : std::unique_ptr<FileLock>(new FileLock(path, Kind::exclusive, descriptor));
 }
 
+// In one write, and without a moment in which the file is empty: others read it.
 int FileLock::write_claim() const {
   std::string mine = host_name() + " " + std::to_string(::getpid());
   if (kind_ == Kind::shared) mine += std::string(" ") + kShared;
   mine += "\n";
-  const bool written = ::ftruncate(descriptor_, 0) == 0 && ::pwrite(descriptor_, mine.data(), mine.size(),
-                                                                    0) == static_cast<ssize_t>(mine.size());
-  return written ? 0 : errno;
+  return ::pwrite(descriptor_, mine.data(), mine.size(), 0) == static_cast<ssize_t>(mine.size()) ? 0 : errno;
 }
 
 // The last of several holders removes the file: only it can have the file for itself.
@@ -161,6 +168,7 @@ void FileLock::renew() {
   std::unique_lock lock(mutex_);
   while (!wake_.wait_for(lock, kRenew, [this] { return ends_; })) {
     if (!stands()) held_ = false;
+    if (held_ && kind_ == Kind::shared) write_claim();  // the one that it names may have ended
     if (held_) ::futimens(descriptor_, nullptr);
   }
 }
@@ -169,7 +177,7 @@ void FileLock::renew() {
 bool FileLock::stands() const {
   const Claim claim = read_claim(descriptor_);
   if (!is_current(descriptor_, path_)) return false;
-  if (kind_ == Kind::shared) return claim.kind == Kind::shared;
+  if (kind_ == Kind::shared) return claim.host.empty() || claim.kind == Kind::shared;
   return claim.host == host_name() && claim.process == ::getpid();
 }
 

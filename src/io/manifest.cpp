@@ -80,6 +80,7 @@ void manifest_fields(M& m, F&& field) {
   field("force", m.force);
   field("seed", m.seed);
   field("started", m.started);
+  field("id", m.id);
   field("wall_s", m.wall_seconds);
   field("first_frame", m.first);
   field("last_frame", m.last);
@@ -91,6 +92,7 @@ void manifest_fields(M& m, F&& field) {
   field("movie_hash", m.movie_hash);
   field("inputs", m.inputs);
   field("snow_from", m.snow_from);
+  field("snow_origin", m.snow_origin);
   field("scene_file", m.scene_file);
   field("scene_hash", m.scene_hash);
   field("scene", m.scene);
@@ -212,7 +214,7 @@ Manifest read_manifest(const std::filesystem::path& path, const std::filesystem:
     Json json = Json::parse(text);
     // What version 0.1 did not write.
     json.emplace("inputs", Json::object());
-    json.emplace("movie_hash", "");
+    for (const char* key : {"movie_hash", "id", "snow_origin"}) json.emplace(key, "");
     manifest_fields(manifest, Load{json});
     has_frames = json.contains("frames");
     if (has_frames) manifest.frames = early_frames(json.at("frames"));

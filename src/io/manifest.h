@@ -31,23 +31,26 @@ struct FrameRecord {
 };
 
 struct Manifest {
-  std::string status = "running";  // running, complete, interrupted, failed
-  std::string error;               // one line, when failed
-  std::string command;             // as typed
+  // starting (files of a run that it replaces may still be there), running, complete, interrupted, failed
+  std::string status = "running";
+  std::string error;    // one line, when failed
+  std::string command;  // as typed
   std::string version, revision, compiler, build_type, cpu, isa;
   int threads = 0;
   int slots = 0;
   bool force = false;
   std::uint64_t seed = 0;
   std::string started;      // UTC
+  std::string id;           // of this run alone, however often its scene is run
   double wall_seconds = 0;  // of all sessions together
   int first = 0, last = 0;  // frames, included
   bool pictures = true;     // false: `firn simulate`
   bool particles = false;   // particle files are kept
   bool wants_movie = true;
-  std::string snow_from;   // absolute path of the run whose particle files are shown; empty: simulated
-  std::string scene_file;  // absolute path; other files that the scene names are relative to it
-  std::string scene;       // resolved, as TOML
+  std::string snow_from;    // absolute path of the run whose particle files are shown; empty: simulated
+  std::string snow_origin;  // of that run
+  std::string scene_file;   // absolute path; other files that the scene names are relative to it
+  std::string scene;        // resolved, as TOML
   std::string scene_hash;
   double bytes_per_particle = 0;    // of the simulation, grid included
   std::string movie;                // file name, empty if none
@@ -56,8 +59,10 @@ struct Manifest {
   std::vector<std::pair<std::string, std::string>>
       inputs;  // files that the scene names: absolute path, hash of its bytes
 
-  // Of this run alone; the lines of its journal are signed with it.
-  std::string key() const { return scene_hash + started; }
+  // The lines of the journal are signed with it.
+  std::string key() const { return scene_hash + started + id; }
+  // What decides on the bits of the snow: the scene, and whether its kernels are those of `base`.
+  std::string origin() const { return isa == "base" ? scene_hash + " base" : scene_hash; }
 };
 
 // All but the frames.

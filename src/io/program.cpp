@@ -96,6 +96,8 @@ std::string shell_line(const std::vector<std::string>& words) {
   return line;
 }
 
+std::string as_operand(const std::string& path) { return path.starts_with('-') ? "./" + path : path; }
+
 std::optional<fs::path> find_program(const std::string& name) {
   const char* path = std::getenv("PATH");
   std::istringstream folders(path ? path : "");

@@ -20,5 +20,6 @@ Outcome run_program(std::vector<std::string> words, const std::atomic<bool>& sto
 
 std::optional<std::filesystem::path> find_program(const std::string& name);  // along the PATH
 std::string shell_line(const std::vector<std::string>& words);  // quoted where needed, to be copied by people
+std::string as_operand(const std::string& path);                // not to be taken for an option: "./-x"
 
 }  // namespace firn

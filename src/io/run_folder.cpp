@@ -100,7 +100,8 @@ void refuse_foreign_files(const fs::path& folder, bool overwrite) {
       throw Error(ExitCode::usage, name,
                   "the run.json in this folder is not of a run of firn; give another --out");
     throw Error(ExitCode::usage, name,
-                "this folder holds a run; continue it with '" + shell_line({"firn", "resume", name}) +
+                "this folder holds a run; continue it with '" +
+                    shell_line({"firn", "resume", as_operand(name)}) +
                     "', replace it with --overwrite, or give another --out");
   }
   for (const char* own : kOwnNames) {
@@ -193,13 +194,17 @@ std::unique_ptr<FileLock> RunFolder::claim(int frame) const {
   return FileLock::try_take(frames() / numbered(frame, kClaim));
 }
 
-void RunFolder::begin() {
+void RunFolder::clear() {
   std::error_code error;
   for (const char* own : kOwnNames) {
-    if (opened_ || path_ / own == manifest()) continue;
+    if (path_ / own == manifest()) continue;
     fs::remove_all(path_ / own, error);
     if (error) fail(path_ / own, error.message());
   }
+}
+
+void RunFolder::begin() {
+  std::error_code error;
   for (const char* inner : {"frames", "particles", "checkpoints"}) {
     fs::create_directory(path_ / inner, error);
     if (error) fail(path_ / inner, error.message());

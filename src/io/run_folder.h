@@ -37,11 +37,11 @@ class RunFolder {
   void share_with_others();
   // Null if another process has the frame.
   std::unique_ptr<FileLock> claim(int frame) const;
-  // After the manifest was written, in place of an old run's: removes the other files of that run, and what
-  // processes that were killed left behind. Killed before, the old run is whole; killed after, there is a new
-  // one to resume.
-  void begin();
-  void keep();  // from here on the folder stays
+  // After the manifest was written, in place of an old run's: removes the other files of that run. Killed
+  // before, the old run is whole; killed after, there is a new one to resume.
+  void clear();
+  void begin();  // the inner folders, without what processes that were killed left behind
+  void keep();   // from here on the folder stays
   // Errors: io Error if another process took the lock over.
   void require_lock() const;
   const std::vector<std::filesystem::path>& made() const {

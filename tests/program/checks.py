@@ -89,7 +89,8 @@ class Checks(ProgramTest):
         under = "allow_overlap = true"
         hill = '[[object]]\nshape = "box"\ncenter = [0, -2, 0]\nsize = [9, 4, 9]\n'
         hidden = hill.replace("object", "collider") + 'name = "hill"\nvisible = false\n'
-        for bodies, rest, buried in (([("a", [0, -1, 0], under)], hidden, "collider 'hill'"), ([("a", [0, -1, 0], under)], hidden.replace("false", "true"), "collider 'hill'"),
+        glass = hill.replace("object", "collider") + 'name = "hill"\nsurface = "ice"\n[[surface]]\nname = "ice"\ntype = "dielectric"\n'
+        for bodies, rest, buried in (([("a", [0, -1, 0], under)], glass, "collider 'hill'"), ([("a", [0, -1, 0], under)], hidden, "collider 'hill'"), ([("a", [0, -1, 0], under)], hidden.replace("false", "true"), "collider 'hill'"),
                                      ([("a", [0, 0.1, 0], "")], hidden, None), ([("a", [0, -5, 0], under)], GROUND, "the ground"), ([("a", [0, -0.2, 0], under)], GROUND, "the ground"),
                                      ([("a", [0, 0.05, 0], under)], GROUND, "the ground"), ([("a", [0, 0.1, 0], "")], GROUND, None),
                                      ([("a", [0, -1, 0], "")], hill, "object[0]"), ([("a", [0, 0.1, 0], "")], hill, None)):

@@ -167,6 +167,27 @@ class Damage(ProgramTest):
         self.firn("resume", "pictures")
         self.assertEqual(self.hashes("pictures"), before)
 
+    def test_a_rendering_of_its_first_frame_alone_is_not_gone_on_from_the_snow_of_another_scene(self):
+        self.firn("simulate", self.scene, "--out", "snow")
+        self.firn("render", "snow", "--out", "pictures")
+        told = self.hashes("pictures")
+        (self.here / "pictures/frames.jsonl").write_text((self.here / "pictures/frames.jsonl").read_text().splitlines(keepends=True)[0])
+        for change in ("ground.friction=0.05", "simulation.gravity=[0,-30,0]"):  # frame 0 is the same
+            self.firn("simulate", self.scene, "--out", "snow", "--overwrite", "--set", change)
+            self.assertIn("other snow", self.firn("resume", "pictures", code=4).stderr)
+        self.firn("simulate", self.scene, "--out", "snow", "--overwrite")
+        self.firn("resume", "pictures")
+        self.assertEqual(self.hashes("pictures"), told)
+
+    def test_pictures_stay_where_particles_are_made_again(self):
+        self.firn("simulate", self.scene, "--out", "a")
+        self.firn("render", "a")
+        before = self.hashes("a")
+        for name in ("particles/0003.firn", "particles/0000.firn"):
+            (self.here / "a" / name).unlink()
+            self.firn("resume", "a")
+            self.assertEqual([(h[0], h[1], h[2], sorted(h[3])) for h in self.hashes("a")], [(h[0], h[1], h[2], sorted(h[3])) for h in before])
+
     def test_kernels_of_other_bits_do_not_go_on(self):
         for isa in ("base", "auto"):
             self.firn("run", self.scene, "--out", isa, "--isa", isa)
@@ -260,3 +281,16 @@ class MadeAgain(ProgramTest):
             self.assertEqual(self.hashes("a"), before)
             self.assertEqual((self.here / "a/metrics.csv").read_text(), rows)
             self.assertIn("complete", self.firn("resume", "a").stderr)
+
+    def test_pictures_are_made_of_kept_particles_also_after_an_interruption(self):
+        self.firn("run", self.scene, "--out", "a", *LARGER, "--set", "output.particles=true", "--set", "output.checkpoint_every=0")
+        before = self.hashes("a")
+        for kind in (signal.SIGTERM, signal.SIGKILL):
+            for frame in range(1, 6):
+                (self.here / f"a/frames/{frame:04}.png").unlink()
+            with subprocess.Popen([FIRN, "resume", "a", "--quiet", "--no-overlap"], cwd=self.here, stdout=subprocess.DEVNULL) as process:
+                while not (self.here / "a/frames/0002.png").exists() and process.poll() is None:
+                    time.sleep(0.002)
+                process.send_signal(kind)
+            self.assertNotIn("from the start", self.firn("resume", "a").stderr)
+            self.assertEqual(self.hashes("a"), before)

@@ -4,6 +4,7 @@ import fcntl
 import json
 import os
 import random
+import shutil
 import signal
 import subprocess
 import time
@@ -99,6 +100,7 @@ class Interruptions(ProgramTest):
     # Loaded into firn, this kills it at a chosen write: with its bytes in a temporary file, or just after that got its name.
     KILLER = r"""
     #define _GNU_SOURCE
+    #include <fcntl.h>
     #include <signal.h>
     #include <stdio.h>
     #include <stdlib.h>
@@ -125,29 +127,33 @@ class Interruptions(ProgramTest):
     }
     """
 
+    def build_killer(self):
+        self.write("killer.c", self.KILLER)
+        subprocess.run(["cc", "-shared", "-fPIC", "-o", "killer.so", "killer.c"], cwd=self.here, check=True)
+
+    def killed(self, words, when, place, count):
+        """Whether firn was killed at the write, or ended before it came to that."""
+        environment = os.environ | {"LD_PRELOAD": str(self.here / "killer.so"), "KILL_WHEN": when, "KILL_AT": place, "KILL_COUNT": str(count)}
+        done = subprocess.run([FIRN, *words, "--quiet"], cwd=self.here, env=environment, stdout=subprocess.DEVNULL, timeout=60)
+        self.assertIn(done.returncode, (0, -9))
+        return done.returncode == -9
+
     @unittest.skipIf(PATIENCE > 1, "the sanitizers want to be loaded first")
     def test_a_kill_at_the_write_of_any_file_loses_nothing(self):
-        self.write("killer.c", self.KILLER.replace("#include <signal.h>", "#include <fcntl.h>\n#include <signal.h>"))
-        subprocess.run(["cc", "-shared", "-fPIC", "-o", "killer.so", "killer.c"], cwd=self.here, check=True)
+        self.build_killer()
         size = ["--set", "output.particles=true", "--set", "output.checkpoint_every=1"]
         self.firn("run", self.scene, "--out", "whole", *size)
         whole, rows = self.manifest("whole"), (self.here / "whole/metrics.csv").read_text()
-
-        def start(words, when, place, count):
-            environment = os.environ | {"LD_PRELOAD": str(self.here / "killer.so"), "KILL_WHEN": when, "KILL_AT": place, "KILL_COUNT": str(count)}
-            done = subprocess.run([FIRN, *words, "--quiet"], cwd=self.here, env=environment, stdout=subprocess.DEVNULL, timeout=60)
-            self.assertIn(done.returncode, (0, -9))
-            return done.returncode == -9
 
         random.seed(11)
         kills = {}
         for place in ("/run.json", "/frames.jsonl", "/scene.resolved", "/metrics.csv", "/frames/", "/particles/", "/checkpoints/", "/movie", "/trace.json"):
             for when in ("before", "after"):
                 run, most = f"run{len(kills)}", 4 if place.endswith("/") or "jsonl" in place else 1
-                killed = start(["run", self.scene, "--out", run, *size], when, place, random.randint(1, most))
+                killed = self.killed(["run", self.scene, "--out", run, *size], when, place, random.randint(1, most))
                 if not (self.here / run / "run.json").exists():  # before the run began: nothing to go on from
                     self.firn("run", self.scene, "--out", run, *size)
-                again = sum(start(["resume", run], when, place, random.randint(1, min(most, 2))) for _ in range(2))
+                again = sum(self.killed(["resume", run], when, place, random.randint(1, min(most, 2))) for _ in range(2))
                 kills[place, when] = (killed, again)
                 self.firn("resume", run)
                 told = self.manifest(run)
@@ -162,6 +168,29 @@ class Interruptions(ProgramTest):
             print(f"{place:18}{when:8}killed in run: {int(killed)}, in resume: {again}")
         self.assertGreaterEqual(sum(killed + again for killed, again in kills.values()), 20)
         self.assertTrue(all(any(sum(kills[place, when]) for when in ("before", "after")) for place, _ in kills))
+
+    @unittest.skipIf(PATIENCE > 1, "the sanitizers want to be loaded first")
+    def test_a_kill_at_any_write_of_a_run_that_replaces_another_leaves_one_of_the_two(self):
+        self.build_killer()
+        other, mine = ["--set", "output.particles=true", "--set", "output.formats=['png','pfm']", "--seed", "4"], ["--frames", "0-2"]
+        self.firn("run", self.scene, "--out", "new", *mine)
+        self.firn("run", self.scene, "--out", "old", *other)
+        files = lambda run: sorted(str(path.relative_to(self.here / run)) for path in (self.here / run).rglob("*") if path.is_file() and path.parent.name != "checkpoints")
+        for seconds in (0, 1.1):  # begun in the same second, and in another
+            for words in (mine, [*mine, "--seed", "4"]):
+                for when, place in (("before", "/run.json"), ("after", "/run.json.part"), ("after", "/run.json"), ("before", "/scene.resolved"), ("before", "/frames.jsonl")):
+                    shutil.rmtree(self.here / "a", ignore_errors=True)
+                    self.firn("run", self.scene, "--out", "a", *other)
+                    time.sleep(seconds)
+                    self.assertTrue(self.killed(["run", self.scene, "--out", "a", "--overwrite", *words], when, place, 1))
+                    replaced = self.manifest("a")["last_frame"] == 2
+                    self.firn("resume", "a")
+                    if not replaced:
+                        self.assertEqual((self.hashes("a"), files("a")), (self.hashes("old"), files("old")))
+                    elif words == mine:
+                        self.assertEqual((self.hashes("a"), files("a")), (self.hashes("new"), files("new")))
+                    self.assertEqual(len(self.manifest("a")["frames"]), 3 if replaced else 6)
+                    self.assertEqual(len(list((self.here / "a/frames").iterdir())), 3 if replaced else 12)
 
     def test_a_kill_soon_after_a_resume_does_not_throw_the_simulation_back(self):
         self.interrupt("stopped", 3)

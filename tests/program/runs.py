@@ -3,8 +3,9 @@
 import json
 import re
 import resource
+import subprocess
 
-from program import ProgramTest, SCENE
+from program import FIRN, ProgramTest, SCENE
 
 
 class Runs(ProgramTest):
@@ -71,6 +72,13 @@ class Runs(ProgramTest):
 
 
 class Refusals(ProgramTest):
+    def test_a_hint_can_be_typed_whatever_the_folder_is_called(self):
+        for folder in ("-x", "a b", "it's"):
+            self.firn("run", self.scene, f"--out={folder}", "--frames", "0-1")
+            said = self.firn("run", self.scene, f"--out={folder}", code=2).stderr
+            typed = re.search(r"continue it with '(firn resume .*)', replace", said)[1]
+            subprocess.run(["sh", "-c", typed.replace("firn", f"'{FIRN}'", 1)], cwd=self.here, check=True, capture_output=True)
+
     def refused(self, code, *words):
         """The one line of the refusal; nothing may be left behind."""
         before = self.names(".")

@@ -4,6 +4,7 @@ import json
 import os
 import resource
 import shutil
+import re
 import signal
 import subprocess
 import time
@@ -155,8 +156,8 @@ class Sharing(ProgramTest):
         second.send_signal(signal.SIGINT)
         said = self.end(second, 130)
         self.assertIn("waiting for them", said)
-        self.assertIn("firn render a --frames 0-4\n", said)
-        self.assertRegex(self.firn("resume", "a", code=4).stderr, r"written by process \d+ on \S+\n")
+        self.assertRegex(said, r"firn render a --frames \d-\d\n")
+        self.assertRegex(self.firn("resume", "a", code=4).stderr, r"written by another process on \S+\n")
         first.send_signal(signal.SIGCONT)
         self.end(first)
         self.check_whole()
@@ -182,6 +183,55 @@ class Sharing(ProgramTest):
         first, second = self.start(), self.start()
         self.end(first)
         self.end(second)
+        self.check_whole()
+
+    def test_the_hint_of_an_interrupted_rendering_renders_what_is_left(self):
+        for words in (["--overwrite"], ["--overwrite", "--frames", "1-5"]):
+            before = self.lines()
+            first = self.start("--no-overlap", *words)
+            self.wait_for(lambda: len(self.lines()) >= len(before) + 3, first)
+            first.send_signal(signal.SIGTERM)
+            hint = re.search(r"Continue with: firn (.*)\n", self.end(first, 130))[1]
+            made = len(self.lines()) - len(before)
+            times = lambda: {path.name: path.stat().st_mtime_ns for path in (self.here / "a/frames").iterdir()}
+            then = times()
+            self.firn(*hint.split())
+            made_now = [name for name, at in times().items() if then.get(name) != at]
+            self.assertEqual(made + len(made_now), 5 if "--frames" in words else 6, f"{hint} after {made}")
+            self.check_whole()
+
+    def test_one_that_joins_and_fails_leaves_the_others_at_work(self):
+        first = self.start("--threads", "1")
+        self.wait_for(lambda: list((self.here / "a/frames").glob("*.firn-claim")), first)
+        full = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
+        self.firn("render", "a", code=4, limit=full)
+        self.assertIn(str(first.pid), (self.here / "a/.firn-lock").read_text())
+        self.end(first)
+        self.check_whole()
+
+    def test_the_refusal_names_one_that_lives(self):
+        first = self.start("--threads", "1", "--no-overlap")
+        self.wait_for(lambda: (self.here / "a/.firn-lock").exists() and "shared" in (self.here / "a/.firn-lock").read_text(), first)
+        second = self.start("--frames", "5", "--quiet")
+        self.end(second)
+        if first.poll() is None:
+            self.assertIn("being written by another process on", self.firn("resume", "a", code=4).stderr)
+        self.end(first)
+        self.check_whole()
+
+    def test_a_frame_without_a_record_is_told_before_anything_is_rendered(self):
+        whole = (self.here / "a/frames.jsonl").read_text()
+        for line in (0, 3, 5):
+            lines = whole.splitlines(keepends=True)
+            lines[line] = lines[line].replace("mass_kg", "mass_kG")
+            (self.here / "a/frames.jsonl").write_text("".join(lines))
+            for words in ([], ["--out", "b"], ["--frames", f"{line}-5"]):
+                said = self.firn("render", "a", *words, code=2).stderr
+                self.assertIn(f"no particles of frame {line}; 'firn resume a' makes what is missing\n", said)
+                self.assertEqual(self.names("a/frames"), [])
+                self.assertFalse((self.here / "b").exists())
+            self.firn("resume", "a")
+        self.firn("render", "a")
         self.check_whole()
 
     def test_pictures_of_a_run_of_version_0_1_are_added_to_it(self):
