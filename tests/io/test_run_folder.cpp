@@ -30,6 +30,7 @@ struct Inside {
 void begin(RunFolder& folder) {
   folder.lock();
   write_file(folder.manifest(), "{\"revision\": \"\", \"scene_hash\": \"\"}");
+  folder.clear();
   folder.begin();
 }
 
