@@ -381,7 +381,8 @@ ExitCode Production::interrupted(FrameGraphResult result) {
       [&](const FrameRecord& r) { return !left_.count(r.frame) && (!renderer || !r.picture_hash.empty()); });
   if (shared) {
     const std::vector<int> left = shared->left();
-    again += " --frames " + std::to_string(left.front()) + "-" + std::to_string(left.back());
+    if (!left.empty())  // others may have rendered the rest meanwhile
+      again += " --frames " + std::to_string(left.front()) + "-" + std::to_string(left.back());
   }
   progress_.say("Interrupted. " + std::to_string(kept) +
                 (kept == 1 ? " finished frame is" : " finished frames are") + " kept in " +
