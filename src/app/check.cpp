@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "src/app/commands.h"
+#include "src/app/new_run.h"
 #include "src/app/rehearsal.h"
 #include "src/app/report.h"
 #include "src/core/isa.h"
@@ -178,8 +179,10 @@ void print_memory(const Rehearsal& rehearsal, const Simulation& simulation) {
 ExitCode check_command(const Options& options) {
   const auto& kernels = choose_kernels(options.isa);
   const SceneConfig scene = read_scene(options.target, options.reading());
+  if (scene.output.movie && scene.time.frames > 1)
+    require_movie(scene);  // in the order in which a run refuses
+  const auto renderer = make_renderer(scene, kernels);
   const RenderSetup render = build_render(scene);
-  Renderer renderer(kernels, render);  // refuses what cannot be rendered
   SimulationSetup setup = build_simulation(scene, options.force);
   print_line("scene", scene.name + " (" + scene.file + (options.quick ? ", quick size)" : ")"));
   print_snow(setup);
@@ -189,7 +192,7 @@ ExitCode check_command(const Options& options) {
   print_line("grid", text("dx %.4g m, ", bare.dx) + grouped(simulation.grid_blocks()) +
                          " blocks of 4x4x4 nodes, growing with the snow");
   print_time(scene, bare, simulation.stable_step());
-  const Rehearsal rehearsal = rehearse(scene, simulation, renderer);
+  const Rehearsal rehearsal = rehearse(scene, simulation, *renderer);
   print_memory(rehearsal, simulation);
   print_line("image", text("%dx%d, %d samples, %d bounces", scene.image.width, scene.image.height,
                            scene.image.samples, scene.image.max_bounces));

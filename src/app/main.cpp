@@ -82,8 +82,9 @@ int main(int count, char** words) {
   firn::open_standard_streams();
   firn::ExitCode code = firn::guarded(count, words);
   if (!firn::flush_output() && code == firn::ExitCode::ok) {
-    code = firn::complain(firn::ExitCode::io,
-                          std::string("cannot write to the standard output: ") + std::strerror(errno));
+    const std::string reason =
+        errno != 0 ? std::string(": ") + std::strerror(errno) : "";  // it may be long ago
+    code = firn::complain(firn::ExitCode::io, "cannot write to the standard output" + reason);
   }
   return static_cast<int>(code);
 }

@@ -34,12 +34,16 @@ void set_frames(Manifest& manifest, const SceneConfig& scene,
   manifest.last = frames->second;
 }
 
+}  // namespace
+
 void require_movie(const SceneConfig& scene) {
   if (find_program("ffmpeg") || std::max(scene.image.width, scene.image.height) <= kMostWebpPixels) return;
   throw Error(ExitCode::usage, place_of(scene, "image", "width"),
               "without ffmpeg on the PATH a movie is at most " + std::to_string(kMostWebpPixels) +
                   " pixels wide and high; install ffmpeg, or set output.movie = false");
 }
+
+namespace {
 
 std::string opening_line(const Production& run, const Manifest& m, std::size_t particles) {
   char text[256];
@@ -96,6 +100,7 @@ ExitCode run_scene(const Options& options, const RunKind& kind) {
   if (manifest.wants_movie && manifest.last > manifest.first) require_movie(scene);
   auto renderer = kind.pictures ? make_renderer(scene, kernels) : nullptr;
   RunFolder folder = RunFolder::take(scene.name, options.out, options.overwrite);
+  for (const auto& [file, hash] : manifest.inputs) folder.require_outside(file);
   remove_when_interrupted(folder.made());
   auto snow = make_snow(scene, kernels, options.force);
 

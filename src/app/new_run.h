@@ -21,6 +21,9 @@ std::unique_ptr<SimulatedSnow> make_snow(const SceneConfig& scene, const kernels
                                          bool force);
 std::unique_ptr<Renderer> make_renderer(const SceneConfig& scene, const kernels::KernelTable& kernels);
 
+// Errors: usage Error for pictures that are too large for the movie that can be made here.
+void require_movie(const SceneConfig& scene);
+
 // A first guess of one frame's time, s: work counted from the scene and usual rates of one thread. Only shown
 // until two frames have been timed.
 double expected_frame_seconds(const SceneConfig& scene, const SimulatedSnow* snow, bool pictures,

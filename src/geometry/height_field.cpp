@@ -62,8 +62,10 @@ HeightRaster read_pgm(std::istream& in, const std::string& path, bool text,
   if (!text) in.get();
   std::vector<double> heights;  // grows with the file, whatever its header promises
   for (int left = columns * rows; left > 0; --left) {
-    heights.push_back(pgm_sample(in, text, most > 255) * extent->y() / most);
+    const double sample = pgm_sample(in, text, most > 255);
     if (!in) refuse(path, "ends before its last pixel");
+    if (sample < 0 || sample > most) refuse(path, "has a pixel outside of the range that its header tells");
+    heights.push_back(sample * extent->y() / most);
   }
   return HeightRaster(columns, rows, std::move(heights), extent->x(), extent->z());
 }

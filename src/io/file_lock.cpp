@@ -100,6 +100,11 @@ int acquire(const fs::path& path, FileLock::Kind kind, Claim& other) {
   for (;;) {
     const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666);
     if (descriptor < 0) cannot_write(path, errno);
+    struct stat status {};
+    if (::fstat(descriptor, &status) == 0 && !S_ISREG(status.st_mode)) {
+      ::close(descriptor);
+      throw Error(ExitCode::io, path.string(), "cannot be locked: it is not a file");
+    }
     const bool taken = is_taken(descriptor, kind);
     other = read_claim(descriptor);
     if (!taken && is_current(descriptor, path) && !bars(other, kind)) return descriptor;

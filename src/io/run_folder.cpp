@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "src/io/run_folder.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
@@ -65,12 +67,28 @@ std::vector<fs::path> make_folders(const fs::path& path) {
 }
 
 void probe(const fs::path& folder) {
-  const fs::path file = folder / ".firn-probe";
-  std::FILE* probe = std::fopen(file.c_str(), "wb");
-  if (!probe) fail(folder, std::strerror(errno));
-  std::fclose(probe);
-  std::error_code ignored;
-  fs::remove(file, ignored);
+  if (::access(folder.c_str(), W_OK | X_OK) != 0) fail(folder, std::strerror(errno));
+}
+
+// Whether a run gave a file of frames/, particles/ or checkpoints/ its name: "0007.png", "0007.png.part".
+bool is_numbered(const fs::path& file) {
+  const std::string name = file.filename();
+  const std::size_t digits = name.find_first_not_of("0123456789");
+  return digits != std::string::npos && digits >= 4 && name[digits] == '.';
+}
+
+// Removes what a run wrote into an inner folder, and the folder if nothing else is in it.
+void empty(const fs::path& folder) {
+  std::error_code error;
+  std::vector<fs::path> own;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    if (is_numbered(entry.path()) && !fs::is_directory(entry.symlink_status())) own.push_back(entry.path());
+  }
+  for (const fs::path& file : own) {
+    fs::remove(file, error);
+    if (error) fail(file, error.message());
+  }
+  fs::remove(folder, error);  // refuses if something is left
 }
 
 // Files that write_file() did not finish, and claims on frames.
@@ -198,9 +216,25 @@ void RunFolder::clear() {
   std::error_code error;
   for (const char* own : kOwnNames) {
     if (path_ / own == manifest()) continue;
-    fs::remove_all(path_ / own, error);
-    if (error) fail(path_ / own, error.message());
+    if (fs::is_directory(fs::symlink_status(path_ / own, error))) {
+      empty(path_ / own);
+    } else {
+      fs::remove(path_ / own, error);
+      if (error) fail(path_ / own, error.message());
+    }
   }
+}
+
+void RunFolder::require_outside(const fs::path& file) const {
+  std::error_code ignored;
+  if (opened_ || !present(manifest())) return;
+  const fs::path within =
+      fs::weakly_canonical(file, ignored).lexically_relative(fs::canonical(path_, ignored));
+  if (within.empty() || *within.begin() == "..") return;
+  if (std::find(std::begin(kOwnNames), std::end(kOwnNames), within.begin()->string()) == std::end(kOwnNames))
+    return;
+  throw Error(ExitCode::usage, file.string(),
+              "the scene reads this file, which --overwrite would remove: move it");
 }
 
 void RunFolder::begin() {

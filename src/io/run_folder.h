@@ -48,6 +48,8 @@ class RunFolder {
     return made_;
   }  // folders that go again unless it is kept
 
+  // Errors: usage Error for a file that would go with the run that is replaced.
+  void require_outside(const std::filesystem::path& file) const;
   bool opened() const { return opened_; }  // an existing run, not taken for a new one
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path manifest() const { return path_ / "run.json"; }

@@ -42,7 +42,7 @@ Sights sights_of(const View& view, const Tile& tile) {
       ++seen.nothing;
     } else {
       const bool surface = rays.hit(ray) == kernels::kSurfaceHit;
-      const std::uint32_t sorted = surface ? view.field.particle_near(rays.at_hit(ray)) : rays.hit(ray);
+      const std::uint32_t sorted = surface ? view.field.particle_at_surface(rays.at_hit(ray)) : rays.hit(ray);
       ++seen.snow[view.snapshot.object[view.grid.snapshot_index(sorted)]];
     }
   }

@@ -24,7 +24,7 @@ namespace {
 constexpr std::uint64_t kJitterKey = 0x717, kClumpKey = 0xc1;
 
 // What a particle of compact snow takes at the least: its columns, its share of the grid, three snapshots.
-constexpr double kBytesPerParticle = 270, kGibibyte = 1 << 30;
+constexpr double kBytesPerParticle = 270;
 
 std::string snow_table(std::size_t index) { return "snow[" + std::to_string(index) + "]"; }
 
@@ -99,6 +99,16 @@ void check_domain(const SceneConfig& scene, const SimulationSetup& setup) {
   }
 }
 
+void check_waves(const SceneConfig& scene, double dx) {
+  for (std::size_t i = 0; i < scene.snow.size(); ++i) {
+    if (stable_dt(scene.snow[i].material, dx) > 0) continue;
+    throw Error(ExitCode::usage, place_of(scene, snow_table(i)),
+                "elastic waves in snow '" + scene.snow[i].name +
+                    "' have no finite speed, so no time step is short enough: its stiffness is out of "
+                    "proportion to its density");
+  }
+}
+
 void check_fixed_dt(const SceneConfig& scene, double dx) {
   double bound = 1e300;
   std::string name;
@@ -128,7 +138,7 @@ void check_count(const SceneConfig& scene, const std::vector<std::vector<Shape>>
                 "dx = %.3g m makes about %.3g particles, which need some %.3g GiB; this machine has %.3g "
                 "GiB: take a larger dx, or fewer "
                 "particles across",
-                dx, count, needed / kGibibyte, there / kGibibyte);
+                dx, count, needed / kBytesPerGibibyte, there / kBytesPerGibibyte);
   throw Error(ExitCode::usage, place_of(scene, "simulation", scene.simulation.dx ? "dx" : "particles_across"),
               text);
 }
@@ -153,6 +163,7 @@ SimulationSetup build_simulation(const SceneConfig& scene, bool force) {
   setup.domain = domain_box(scene.simulation);
   if (setup.domain && !scene.simulation.domain_rotation.isZero(0)) setup.frame = setup.domain->pose;
   setup.sleep = scene.simulation.sleep;
+  check_waves(scene, setup.dx);
   if (setup.fixed_dt && !force) check_fixed_dt(scene, setup.dx);
   place_colliders(scene, setup);
   std::vector<std::vector<Shape>> shapes;

@@ -3,8 +3,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <iterator>
 
+#include "src/core/error.h"
+#include "src/core/memory.h"
 #include "src/scene/load_texture.h"
 #include "src/scene/place_shape.h"
 #include "src/scene/scene.h"
@@ -12,6 +15,9 @@
 
 namespace firn {
 namespace {
+
+// What a pixel takes at the least, while one frame is made: its film and its picture.
+constexpr double kBytesPerPixel = 48;
 
 constexpr double kDegrees = 3.14159265358979323846 / 180;
 
@@ -63,6 +69,17 @@ SnowLook snow_look(const SnowConfig& snow) {
   return look;
 }
 
+// Before any is made: what pictures take at the very least.
+void check_pixels(const SceneConfig& scene) {
+  const double needed = kBytesPerPixel * scene.image.width * scene.image.height;
+  const auto there = static_cast<double>(machine_memory());
+  if (needed <= there) return;
+  char text[160];
+  std::snprintf(text, sizeof text, "%d x %d pixels need more than %.3g GiB; this machine has %.3g GiB",
+                scene.image.width, scene.image.height, needed / kBytesPerGibibyte, there / kBytesPerGibibyte);
+  throw Error(ExitCode::usage, place_of(scene, "image", "width"), text);
+}
+
 void add_surfaces(const SceneConfig& scene, RenderSetup& setup) {
   setup.surfaces.push_back(Surface{});  // number 0: plain grey, for everything that names none
   for (std::size_t i = 0; i < scene.surfaces.size(); ++i) {
@@ -108,6 +125,7 @@ void place_media(const SceneConfig& scene, RenderSetup& setup) {
 }  // namespace
 
 RenderSetup build_render(const SceneConfig& scene) {
+  check_pixels(scene);
   RenderSetup setup;
   setup.camera = scene.camera;
   setup.image = scene.image;

@@ -55,7 +55,7 @@ void complete(SceneConfig& scene) {
   name_by_number(scene.colliders, "collider");
   const std::filesystem::path folder = std::filesystem::path(scene.file).parent_path();
   for_each_file(scene, [&](std::optional<std::string>& file) {
-    if (file) file = std::filesystem::absolute(folder / *file).lexically_normal().string();
+    if (file && !file->empty()) file = std::filesystem::absolute(folder / *file).lexically_normal().string();
   });
 }
 

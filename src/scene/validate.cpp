@@ -125,8 +125,12 @@ struct Checker {
 
   void file(const std::string& table, const std::string& key, const std::optional<std::string>& path) const {
     std::error_code ignored;
-    if (path && !std::filesystem::is_regular_file(*path, ignored))
-      throw Error(ExitCode::io, place_of(scene, table, key), "no such file: " + *path);
+    if (!path || std::filesystem::is_regular_file(*path, ignored)) return;
+    if (path->empty()) refuse(table, key, "'" + key + "' names no file");
+    const char* what = std::filesystem::is_directory(*path, ignored) ? "this is a folder, not a file: "
+                       : std::filesystem::exists(*path, ignored) ? "this is a pipe or a device, not a file: "
+                                                                 : "no such file: ";
+    throw Error(ExitCode::io, place_of(scene, table, key), what + *path);
   }
 
   template <class Solid>

@@ -2,6 +2,7 @@
 """What `firn check` says before anything is run, beside what runs then take."""
 import os
 import re
+import shutil
 import subprocess
 import time
 import unittest
@@ -57,6 +58,31 @@ class Checks(ProgramTest):
         seen = {name.strip(): part for name, part in seen.items()}
         self.assertAlmostEqual(seen["low"], seen["high"], delta=0.2 * seen["low"])
         self.assertAlmostEqual(sum(seen.values()), 100, delta=2)
+
+    def test_check_refuses_what_run_refuses_in_the_same_words(self):
+        has_exr = "exr" in self.firn("info").stdout
+        for words, code, said in ((["--set", "output.formats=['exr']"], 2, None if has_exr else "OpenEXR"),
+                                  (["--set", "image.width=32768", "--set", "image.height=32768"], 2, "pixels"),
+                                  (["--set", "snow.mu=1e-15", "--set", "snow.lambda=1e5"], 2, "no finite speed"),
+                                  (["--set", "snow.mu=1e-12", "--set", "snow.lambda=1e5"], 2, "no finite speed"),
+                                  (["--set", "simulation.particles_across=9000"], 2, "GiB"), (["--set", "simulation.dt=1"], 2, "stable bound"),
+                                  (["--set", "image.width=20000"], 2, None if shutil.which("ffmpeg") else "16383"),
+                                  (["--set", "snow.radius=-1"], 2, "radius")):
+            if said is None:
+                continue
+            words = [self.scene, *words]
+            checked, run = (self.firn(name, *words, *more, code=code) for name, more in (("check", []), ("run", ["--out", "a"])))
+            self.assertEqual((checked.stderr, checked.returncode), (run.stderr, run.returncode))
+            self.assertIn(said, checked.stderr)
+            self.assertFalse((self.here / "a").exists())
+
+    def test_cameras_from_everywhere(self):
+        far = [["--set", f"camera.aperture={value}"] for value in ("5e5", "1e6", "1e7", "1e9", "1e12")]
+        for place in ("[1e4,1e4,1e4]", "[1e7,1e7,1e7]", "[1e9,0,0]", "[0,1e12,0]"):
+            far += [["--set", f"camera.position={place}", "--set", f"camera.fov={fov}"] for fov in ("1e-7", "1e-4", "60")]
+        for words in far:
+            for snow in ("smooth", "spheres"):
+                self.firn("check", self.scene, *words, "--set", f"image.snow={snow}", "--set", "camera.up=[0,0,1]")
 
     def test_snow_that_nobody_sees(self):
         left, right, behind = ("left", [-0.3, 0.1, 0], ""), ("right", [0.3, 0.1, 0], ""), ("behind", [0, 0.1, 4], "")

@@ -87,6 +87,18 @@ class Words(ProgramTest):
         with open("/dev/zero", encoding="utf-8") as file:
             self.assertIn("64 MiB", self.refusal("check", "-", code=4, stdin=file))
 
+    def test_a_file_of_a_scene_that_is_none_says_what_it_is(self):
+        os.mkfifo(self.here / "pipe")
+        (self.here / "folder").mkdir()
+        forms = ('[[object]]\nshape = "mesh"\nfile = "{}"\n', '[[object]]\nshape = "height_field"\nextent = [1, 1, 1]\nfile = "{}"\n',
+                 '[[surface]]\nname = "s"\ntexture = "{}"\n', '[[light]]\ntype = "image"\nradiance = [1, 1, 1]\nfile = "{}"\n')
+        for form in forms:
+            for name, what, code in (("", "names no file", 2), ("folder", "folder", 4), (".", "folder", 4), ("pipe", "pipe", 4),
+                                     ("/dev/zero", "device", 4), ("absent", "no such file", 4)):
+                self.write("odd.toml", SCENE + "\n" + form.format(name))
+                for command in ("check", "run"):
+                    self.assertRegex(self.firn(command, "odd.toml", code=code).stderr, rf"^odd.toml:\d+:\d+: .*{what}")
+
     def test_keys_of_endless_depth_are_refused_in_a_line(self):
         for text in ("a" + ".a" * 20_000 + " = 1", "[a" + ".a" * 20_000 + "]", "x = " + "{a=" * 20_000, "x = " + "[" * 20_000):
             self.write("deep.toml", text)

@@ -2,14 +2,14 @@
 """Processes that want the same run folder at the same time."""
 import json
 import os
+import re
 import resource
 import shutil
-import re
 import signal
 import subprocess
 import time
 
-from program import FIRN, LARGER, PATIENCE, ProgramTest
+from program import FIRN, LARGER, PATIENCE, ProgramTest, SCENE
 
 
 class Writers(ProgramTest):
@@ -28,6 +28,31 @@ class Writers(ProgramTest):
         for words in (["run", self.scene], ["run", "a/scene.resolved.toml"]):
             self.firn(*words, "--out", "a", "--overwrite", code=4, limit=full)
             self.assertEqual({path: path.read_bytes() for path in (self.here / "a").rglob("*") if path.is_file()}, before)
+
+    def test_files_that_no_run_made_stay_where_a_run_is_replaced(self):
+        self.firn("run", self.scene, "--out", "a", "--set", "output.particles=true")
+        mine = {"frames/mine/x.txt", "frames/notes.txt", "frames/1.png", "particles/readme", "notes.txt"}
+        for name in mine:
+            path = self.here / "a" / name
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(name)
+        self.firn("simulate", self.scene, "--out", "a/frames/inner")
+        self.firn("run", self.scene, "--out", "a", "--overwrite", "--frames", "0-1")
+        for name in mine:
+            self.assertEqual((self.here / "a" / name).read_text(), name)
+        self.assertIn("complete", self.firn("resume", "a/frames/inner").stderr)
+        self.assertEqual([name for name in self.names("a/frames") if name.startswith("0")], ["0000.png", "0001.png"])
+        self.assertEqual(self.names("a/particles"), ["readme"])
+
+    def test_a_run_is_not_replaced_by_one_that_reads_its_files(self):
+        self.firn("run", self.scene, "--out", "a", "--set", "output.formats=['png','ppm']")
+        self.write("textured.toml", SCENE + '\n[[surface]]\nname = "s"\ntexture = "a/frames/0000.ppm"\n'
+                   '[[object]]\nshape = "ball"\ncenter = [0.0, 0.3, 0.0]\nradius = 0.05\nsurface = "s"\n')
+        before = self.hashes("a")
+        said = self.firn("run", "textured.toml", "--out", "a", "--overwrite", code=2).stderr
+        self.assertRegex(said, r"^\S+a/frames/0000.ppm: .*--overwrite would remove")
+        self.assertEqual(self.hashes("a"), before)
+        self.firn("run", "textured.toml", "--out", "b")
 
     def test_starts_at_the_same_time_take_folders_of_their_own(self):
         running = [subprocess.Popen([FIRN, "run", self.scene, "--quiet"], cwd=self.here, stdout=subprocess.PIPE, text=True) for _ in range(4)]

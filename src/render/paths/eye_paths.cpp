@@ -207,7 +207,7 @@ void TilePaths::see_snow() {
     seen.albedo = Vec3f::Constant(kSnowAlbedo);
     seen.normal = normal;
     if (inside) seen.lit_normal = normal;
-    if (view_.sparkle.any()) glint(ray, ball ? hit : view_.field.particle_near(p), normal);
+    if (view_.sparkle.any()) glint(ray, ball ? hit : view_.field.particle_at_surface(p), normal);
   }
 }
 

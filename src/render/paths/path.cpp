@@ -152,7 +152,7 @@ const SnowGrain& TilePaths::grain_at(const Vec3f& p, bool reduced) const {
 void TilePaths::become_surface(Vertex& vertex, std::size_t ray, const Subpath& subpath) const {
   const auto spacing = static_cast<float>(view_.grid.spacing());
   const bool ball = rays_.hit(ray) != kernels::kSurfaceHit;
-  const std::uint32_t sorted = ball ? rays_.hit(ray) : view_.field.particle_near(vertex.p);
+  const std::uint32_t sorted = ball ? rays_.hit(ray) : view_.field.particle_at_surface(vertex.p);
   const std::uint32_t particle = view_.grid.snapshot_index(sorted);
   const Vec3f from_center = vertex.p - view_.grid.center(sorted);
   const Vec3f smooth =

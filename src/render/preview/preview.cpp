@@ -180,7 +180,7 @@ void PreviewTile::find_normals() {
       continue;
     }
     const bool near = particle_[s] != kernels::kNoHit;
-    point.sorted = near ? particle_[s] : view_.field.particle_near(point.p);
+    point.sorted = near ? particle_[s] : view_.field.particle_at_surface(point.p);
     point.smooth = smooth_[s];
     if (point.smooth.squaredNorm() > 0) continue;
     point.smooth = point.back;

@@ -323,6 +323,11 @@ std::uint32_t SnowField::particle_near(const Vec3f& p) const {
   return best;
 }
 
+std::uint32_t SnowField::particle_at_surface(const Vec3f& p) const {
+  const std::uint32_t near = particle_near(p);
+  return near == kernels::kNoHit ? 0 : near;
+}
+
 std::size_t SnowField::bytes() const {
   const auto of = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
   return of(fill_) + of(density_) + of(kind_) + of(gradient_at_) + of(gradient_) + tile_.resident_bytes() +

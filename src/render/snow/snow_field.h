@@ -66,6 +66,9 @@ class SnowField {
   // The particle (sorted index) whose centre is nearest among the cells around p. Many at once:
   // ShadeKernels::nearest.
   std::uint32_t particle_near(const Vec3f& p) const;
+  // Of a point where a ray met the surface: any particle if rounding has moved it away from all, as it does
+  // to points that are seen from ten thousand kilometres.
+  std::uint32_t particle_at_surface(const Vec3f& p) const;
 
   // For many normals at once (ShadeKernels::normals).
   kernels::GradientField gradients() const { return {gradient_at_.data(), gradient_.data()}; }
