@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The two halves of the schema table; only schema.cpp puts them together.
 #pragma once
+#include <utility>
 #include <vector>
 
 #include "src/scene/schema_builder.h"
@@ -24,54 +25,57 @@ void add_shape_keys(TableBuilder<Record>& table, const std::vector<std::string>&
   };
   table.key("shape", part(&ShapeConfig::shape),
             {.choices = shapes, .required = true, .meaning = "what it is shaped like"});
-  table.key("center", part(&ShapeConfig::center),
-            {.unit = "m",
-             .with = with({"ball", "box", "cylinder", "capsule", "flakes"}),
-             .required = true,
-             .meaning = "its centre"});
-  table.key("radius", part(&ShapeConfig::radius),
-            {.unit = "m",
-             .range = above(0),
-             .with = with({"ball", "cylinder", "capsule", "flakes"}),
-             .required = true,
-             .meaning = "of the ball, of the cylinder, of the capsule, of one flake"});
-  table.key("size", part(&ShapeConfig::size),
-            {.unit = "m",
-             .range = above(0),
-             .with = with({"box", "flakes"}),
-             .required = true,
-             .meaning = "full edge lengths; of flakes: of the region that they fill"});
-  table.key("height", part(&ShapeConfig::height),
-            {.unit = "m",
-             .range = above(0),
-             .with = with({"cylinder", "capsule"}),
-             .required = true,
-             .meaning = "full height, along its own Y axis; of a capsule: with its round ends"});
-  table.key("rotation", part(&ShapeConfig::rotation),
-            {.unit = "degrees",
-             .with = with({"box", "cylinder", "capsule", "height_field", "mesh"}),
-             .meaning = "turns it about x, then y, then z, about its centre"});
-  table.key("file", part(&ShapeConfig::file),
-            {.with = with({"mesh", "height_field"}),
-             .required = true,
-             .meaning = "mesh: a closed OBJ; height_field: a PGM picture or an ESRI ASCII grid; relative to "
-                        "the scene file"});
-  table.key("offset", part(&ShapeConfig::offset),
-            {.unit = "m", .with = with({"mesh", "height_field"}), .meaning = "where the file's origin goes"});
-  table.key(
-      "scale", part(&ShapeConfig::scale),
+  // Keys that none of these shapes has are no keys of the table.
+  const auto add = [&](const char* name, auto member, KeyNotes notes) {
+    if (!notes.with.values.empty()) table.key(name, member, std::move(notes));
+  };
+  add("center", part(&ShapeConfig::center),
+      {.unit = "m",
+       .with = with({"ball", "box", "cylinder", "capsule", "flakes"}),
+       .required = true,
+       .meaning = "its centre"});
+  add("radius", part(&ShapeConfig::radius),
+      {.unit = "m",
+       .range = above(0),
+       .with = with({"ball", "cylinder", "capsule", "flakes"}),
+       .required = true,
+       .meaning = "of the ball, of the cylinder, of the capsule, of one flake"});
+  add("size", part(&ShapeConfig::size),
+      {.unit = "m",
+       .range = above(0),
+       .with = with({"box", "flakes"}),
+       .required = true,
+       .meaning = "full edge lengths; of flakes: of the region that they fill"});
+  add("height", part(&ShapeConfig::height),
+      {.unit = "m",
+       .range = above(0),
+       .with = with({"cylinder", "capsule"}),
+       .required = true,
+       .meaning = "full height, along its own Y axis; of a capsule: with its round ends"});
+  add("rotation", part(&ShapeConfig::rotation),
+      {.unit = "degrees",
+       .with = with({"box", "cylinder", "capsule", "height_field", "mesh"}),
+       .meaning = "turns it about x, then y, then z, about its centre"});
+  add("file", part(&ShapeConfig::file),
+      {.with = with({"mesh", "height_field"}),
+       .required = true,
+       .meaning = "mesh: a closed OBJ; height_field: a PGM picture or an ESRI ASCII grid; relative to "
+                  "the scene file"});
+  add("offset", part(&ShapeConfig::offset),
+      {.unit = "m", .with = with({"mesh", "height_field"}), .meaning = "where the file's origin goes"});
+  add("scale", part(&ShapeConfig::scale),
       {.unit = "m", .range = above(0), .with = with({"mesh"}), .meaning = "metres per unit of the file"});
-  table.key("extent", part(&ShapeConfig::extent),
-            {.unit = "m",
-             .range = above(0),
-             .with = with({"height_field"}),
-             .absent = "as the grid says; a PGM needs it",
-             .meaning = "width (x), height range (y), depth (z), centred on the offset"});
-  table.key("base", part(&ShapeConfig::base),
-            {.unit = "m",
-             .with = with({"height_field"}),
-             .absent = "0 for snow, below everything else for the rest",
-             .meaning = "where the solid below the surface ends"});
+  add("extent", part(&ShapeConfig::extent),
+      {.unit = "m",
+       .range = above(0),
+       .with = with({"height_field"}),
+       .absent = "as the grid says; a PGM needs it",
+       .meaning = "width (x), height range (y), depth (z), centred on the offset"});
+  add("base", part(&ShapeConfig::base),
+      {.unit = "m",
+       .with = with({"height_field"}),
+       .absent = "0 for snow, below everything else for the rest",
+       .meaning = "where the solid below the surface ends"});
 }
 
 template <class Record>
