@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <string_view>
 
 #include "src/core/error.h"
 #include "src/scene/schema.h"
@@ -18,6 +19,7 @@ namespace {
 
 // Products of two such numbers, and of one with the mass of a particle, are still normal floats.
 constexpr double kSmallest = 1e-15, kLargest = 1e15;
+constexpr double kLongest = 1e11;  // m; the volume of a particle is a normal float too
 
 [[noreturn]] void refuse(const std::string& where, const std::string& what) {
   throw Error(ExitCode::usage, where, what);
@@ -38,11 +40,12 @@ std::string unit_words(const KeySpec& key) {
 }
 
 double checked(const KeySpec& key, const RawValue& raw, double x) {
-  if (x != 0 && !(std::abs(x) >= kSmallest && std::abs(x) <= kLargest)) {
-    refuse(
-        raw.where,
-        "'" + key.name + "' is " + value_toml(x, ValueType::number) +
-            ", which single precision cannot calculate with: it must be 0 or of a size from 1e-15 to 1e15");
+  const double most = std::string_view(key.notes.unit) == "m" ? kLongest : kLargest;
+  if (x != 0 && !(std::abs(x) >= kSmallest && std::abs(x) <= most)) {
+    refuse(raw.where, "'" + key.name + "' is " + value_toml(x, ValueType::number) +
+                          ", which single precision cannot calculate with: it must be 0 or of a size from " +
+                          value_toml(kSmallest, ValueType::number) + " to " +
+                          value_toml(most, ValueType::number));
   }
   if (!key.notes.range.holds(x)) {
     const std::string unit = *key.notes.unit ? std::string(" ") + key.notes.unit : "";

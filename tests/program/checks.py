@@ -77,8 +77,8 @@ class Checks(ProgramTest):
             self.assertFalse((self.here / "a").exists())
 
     def test_cameras_from_everywhere(self):
-        far = [["--set", f"camera.aperture={value}"] for value in ("5e5", "1e6", "1e7", "1e9", "1e12")]
-        for place in ("[1e4,1e4,1e4]", "[1e7,1e7,1e7]", "[1e9,0,0]", "[0,1e12,0]"):
+        far = [["--set", f"camera.aperture={value}"] for value in ("5e5", "1e6", "1e7", "1e9", "1e11")]
+        for place in ("[1e4,1e4,1e4]", "[1e7,1e7,1e7]", "[1e9,0,0]", "[0,1e11,0]"):
             far += [["--set", f"camera.position={place}", "--set", f"camera.fov={fov}"] for fov in ("1e-7", "1e-4", "60")]
         for words in far:
             for snow in ("smooth", "spheres"):

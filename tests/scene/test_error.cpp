@@ -337,6 +337,12 @@ TEST_CASE("what other programs call otherwise is understood well enough to be to
   CHECK_REFUSES(test::read(kBall + std::string(10'000, 'x') + " = 400"), "unknown key");
 }
 
+TEST_CASE("lengths whose cubes no float holds are refused where they stand") {
+  CHECK_REFUSES(test::read(kBall, {{"snow[0].radius", "2e12"}}), "to 1e+11");
+  CHECK_REFUSES(test::read(kBall, {{"camera.position", "[0, 0, -2e12]"}}), "to 1e+11");
+  CHECK(test::read(kBall, {{"snow[0].radius", "1e11"}}).snow[0].shape.radius == 1e11);
+}
+
 TEST_CASE("numbers that single precision cannot calculate with are refused where they stand, zero is not") {
   for (const char* number :
        {"1e300", "-1e300", "1e-300", "-1e-300", "1e39", "2e15", "1e-39", "5e-324", "9007199254740993000"}) {
