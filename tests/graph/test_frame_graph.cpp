@@ -29,7 +29,7 @@ FrameStages sleeping_stages(int simulate, int trace, int write) {
           [=](int, FrameSlot&) { return rest(write); }};
 }
 
-FrameGraphResult run(const FrameStages& stages, FrameGraphOptions options) {
+FrameGraphResult run(const FrameStages& stages, const FrameGraphOptions& options) {
   std::atomic<bool> stop{false};
   return run_frames(stages, options, stop);
 }

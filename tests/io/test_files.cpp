@@ -357,6 +357,7 @@ TEST_CASE("Lines that several writers add to a journal at a time are all whole")
   CHECK(tail.read().size() == 1);
   CHECK(tail.read().empty());
   std::vector<std::thread> writers;
+  writers.reserve(4);
   for (int writer = 0; writer < 4; ++writer) {
     writers.emplace_back([&, writer] {
       for (int i = 0; i < 25; ++i) {
