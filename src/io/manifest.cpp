@@ -4,6 +4,9 @@
 
 #include <nlohmann/json.hpp>
 #include <ostream>
+#include <stdexcept>
+#include <type_traits>
+#include <utility>
 
 #include "src/core/error.h"
 #include "src/io/file.h"
@@ -124,9 +127,25 @@ struct Store {
 
 struct Load {
   const Json& json;
+
+  // The library converts any number, also one that T does not hold. Errors: std::out_of_range.
+  template <class T>
+  T whole_number(const char* name) const {
+    const Json& number = json.at(name);
+    const auto get = [&](auto value) -> T {
+      if (std::in_range<T>(value)) return static_cast<T>(value);
+      throw std::out_of_range(name + (": " + std::to_string(value)) + " is out of range");
+    };
+    if (number.is_number_unsigned()) return get(number.get<std::uint64_t>());
+    if (number.is_number_integer()) return get(number.get<std::int64_t>());
+    throw std::out_of_range(std::string(name) + " is not a whole number");
+  }
   template <class T>
   void operator()(const char* name, T& value) const {
-    json.at(name).get_to(value);
+    if constexpr (std::is_integral_v<T> && !std::is_same_v<T, bool>)
+      value = whole_number<T>(name);
+    else
+      json.at(name).get_to(value);
   }
   // JSON has no NaN: it was written as null. What an earlier version did not measure is 0.
   void operator()(const char* name, double& value) const {
@@ -151,6 +170,18 @@ struct Load {
       files.emplace_back(file, hash.template get<std::string>());
   }
 };
+
+// Calls `read`; what does not fit is an Error at `where` that begins with `what`.
+template <class F>
+void read_fields(const std::string& where, const std::string& what, F&& read) {
+  try {
+    read();
+  } catch (const nlohmann::json::exception& error) {
+    throw Error(ExitCode::io, where, what + ": " + error.what());
+  } catch (const std::out_of_range& error) {
+    throw Error(ExitCode::io, where, what + ": " + error.what());
+  }
+}
 
 // The hash is the last field, and is of all text before it. Version 0.1 wrote none.
 constexpr std::string_view kHashKey = ",\n \"hash\": \"", kEnd = "\n}";
@@ -210,7 +241,7 @@ Manifest read_manifest(const std::filesystem::path& path, const std::filesystem:
   Manifest manifest;
   const std::string text = read_file(path);
   bool has_frames = false;
-  try {
+  read_fields(path.string(), "not a manifest that this version of firn reads", [&] {
     Json json = Json::parse(text);
     // What version 0.1 did not write.
     json.emplace("inputs", Json::object());
@@ -218,10 +249,7 @@ Manifest read_manifest(const std::filesystem::path& path, const std::filesystem:
     manifest_fields(manifest, Load{json});
     has_frames = json.contains("frames");
     if (has_frames) manifest.frames = early_frames(json.at("frames"));
-  } catch (const nlohmann::json::exception& error) {
-    throw Error(ExitCode::io, path.string(),
-                std::string("not a manifest that this version of firn reads: ") + error.what());
-  }
+  });
   if (!manifest.version.starts_with("0.1.")) check_hash(text, path.string());
   if (!has_frames) manifest.frames = read_journal(journal, manifest.key());
   check(manifest, path.string());
@@ -246,12 +274,10 @@ std::string encode_record(const FrameRecord& record) {
 
 FrameRecord decode_record(std::string_view text, const std::string& where) {
   FrameRecord record;
-  try {
+  read_fields(where, "not the record of a frame", [&] {
     const Json json = Json::parse(text);
     frame_fields(record, Load{json});
-  } catch (const nlohmann::json::exception& error) {
-    throw Error(ExitCode::io, where, std::string("not the record of a frame: ") + error.what());
-  }
+  });
   return record;
 }
 

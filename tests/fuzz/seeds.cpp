@@ -53,6 +53,10 @@ void write_snow(const std::filesystem::path& folder) {
   frame.metrics = snow.metrics();
   frame.files = {{"frames/0000.png", "0123456789abcdef"}};
   replace_journal(place(folder, "journal", "one.jsonl"), "key", {frame});
+  manifest.frames = {frame};
+  std::ostringstream printed;
+  print_manifest(printed, manifest);
+  write_file(place(folder, "manifest", "with_frames.json"), printed.str());
 }
 
 void write_params(const std::filesystem::path& folder) {

@@ -278,6 +278,22 @@ TEST_CASE("The record of a frame goes through one line of JSON unchanged, and no
   CHECK_THROWS_AS(decode_record("[1, 2]", "x"), Error);
 }
 
+TEST_CASE("A record with a number that is not whole, or beyond its type, is refused by the name of its key") {
+  auto json = nlohmann::ordered_json::parse(encode_record(example().frames[0]));
+  const auto read_with = [&](const char* key, const nlohmann::ordered_json& value) {
+    auto changed = json;
+    changed[key] = value;
+    return decode_record(changed.dump(), "x");
+  };
+  CHECK(read_with("frame", 2147483647).frame == 2147483647);
+  CHECK(read_with("rays", 18446744073709551615u).rays == 18446744073709551615u);
+  for (const auto& value : nlohmann::ordered_json::array(
+           {1.5, 1e300, -1e300, 2147483648, -2147483649, 4294967296, 18446744073709551615u, "1", true}))
+    CHECK_THROWS_WITH(read_with("frame", value), contains("x: not the record of a frame: frame"));
+  for (const auto& value : nlohmann::ordered_json::array({-1, 2e19, -0.5}))
+    CHECK_THROWS_WITH(read_with("rays", value), contains("rays"));
+}
+
 TEST_CASE("Pipes and devices are not read, and no read of one waits") {
   Scratch scratch;
   REQUIRE(::mkfifo((scratch / "pipe").c_str(), 0600) == 0);
