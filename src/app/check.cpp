@@ -77,8 +77,6 @@ Solids solids_of(const SimulationSetup& setup, const RenderSetup& render) {
   return solids;
 }
 
-std::string table_of(std::size_t snow) { return "snow[" + std::to_string(snow) + "]"; }
-
 bool is_at_rest(const SnowConfig& snow) {
   return snow.velocity.isZero(0) && snow.spin.isZero(0) && !snow.terminal_velocity;
 }
@@ -90,13 +88,13 @@ void warn_of_footing(const SceneConfig& scene, const SimulationSetup& setup, con
     const std::string name = "snow '" + setup.snow[i].name + "'";
     if (f.buried > kBuried)
       warn(
-          scene, table_of(i),
+          scene, table_of("snow", i),
           text("%.3g %% of ", 100 * f.buried) + name + " lies under the surface of " + solids.names[f.solid]);
     if (setup.gravity.isZero(0) || !is_at_rest(scene.snow[i])) continue;
     if (std::isinf(f.clearance)) {
-      warn(scene, table_of(i), name + " floats: there is no ground or collider to fall onto");
+      warn(scene, table_of("snow", i), name + " floats: there is no ground or collider to fall onto");
     } else if (f.clearance > 2 * setup.dx) {
-      warn(scene, table_of(i),
+      warn(scene, table_of("snow", i),
            name + " floats: all that it could lie on is " + text("%.3g m", f.clearance) +
                " away or more, and it will fall");
     }
@@ -117,7 +115,8 @@ void print_sights(const SceneConfig& scene, const SimulationSetup& setup, const 
   print_line("camera sees", seen);
   for (std::size_t i = 0; i < sights.snow.size(); ++i) {
     if (sights.snow[i] == 0)
-      warn(scene, table_of(i), "the camera sees nothing of snow '" + setup.snow[i].name + "' in frame 0");
+      warn(scene, table_of("snow", i),
+           "the camera sees nothing of snow '" + setup.snow[i].name + "' in frame 0");
   }
 }
 
@@ -182,11 +181,10 @@ ExitCode check_command(const Options& options) {
   if (scene.output.movie && scene.time.frames > 1)
     require_movie(scene);  // in the order in which a run refuses
   const auto renderer = make_renderer(scene, kernels);
-  const RenderSetup render = build_render(scene);
   SimulationSetup setup = build_simulation(scene, options.force);
   print_line("scene", scene.name + " (" + scene.file + (options.quick ? ", quick size)" : ")"));
   print_snow(setup);
-  warn_of_footing(scene, setup, solids_of(setup, render));
+  warn_of_footing(scene, setup, solids_of(setup, renderer->setup()));
   const SimulationSetup bare = without_particles(setup);  // a run keeps them no longer, either
   Simulation simulation(kernels, std::move(setup));
   print_line("grid", text("dx %.4g m, ", bare.dx) + grouped(simulation.grid_blocks()) +
@@ -196,7 +194,7 @@ ExitCode check_command(const Options& options) {
   print_memory(rehearsal, simulation);
   print_line("image", text("%dx%d, %d samples, %d bounces", scene.image.width, scene.image.height,
                            scene.image.samples, scene.image.max_bounces));
-  print_sights(scene, bare, render, rehearsal.sights);
+  print_sights(scene, bare, renderer->setup(), rehearsal.sights);
   return ExitCode::ok;
 }
 

@@ -12,12 +12,15 @@ SharedFrames::SharedFrames(const RunFolder& folder, const Manifest& run, std::ve
   if (again) journal_.read();
 }
 
+void SharedFrames::learn() {
+  for (FrameRecord& record : journal_.read()) {
+    const int frame = record.frame;
+    records_[frame] = std::move(record);
+  }
+}
+
 bool SharedFrames::has_pictures(int frame) {
   if (finished_.count(frame)) return true;
-  for (FrameRecord& record : journal_.read()) {
-    const int added = record.frame;
-    records_[added] = std::move(record);
-  }
   const auto record = records_.find(frame);
   if (record == records_.end() || !firn::has_pictures(folder_, record->second)) return false;
   finished_.insert(frame);
@@ -27,6 +30,7 @@ bool SharedFrames::has_pictures(int frame) {
 
 std::vector<int> SharedFrames::left() {
   const std::lock_guard lock(mutex_);
+  learn();
   std::vector<int> left;
   for (const int frame : frames_) {
     if (!has_pictures(frame)) left.push_back(frame);
@@ -37,10 +41,13 @@ std::vector<int> SharedFrames::left() {
 bool SharedFrames::claim(int frame) {
   const std::lock_guard lock(mutex_);
   if (claims_.count(frame)) return true;
+  learn();
   if (has_pictures(frame)) return false;
   std::unique_ptr<FileLock> claim = folder_.claim(frame);
+  if (!claim) return false;
   // Another may have finished the frame before the claim was made, and given its own back.
-  if (!claim || has_pictures(frame)) return false;
+  learn();
+  if (has_pictures(frame)) return false;
   claims_[frame] = std::move(claim);
   return true;
 }

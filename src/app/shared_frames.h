@@ -28,6 +28,7 @@ class SharedFrames {
   void release(int frame);  // once the journal has it
 
  private:
+  void learn();  // what the journal has got since
   bool has_pictures(int frame);
 
   const RunFolder& folder_;

@@ -367,6 +367,8 @@ Renderer::Renderer(const kernels::KernelTable& kernels, RenderSetup setup)
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 
+const RenderSetup& Renderer::setup() const { return state_->setup; }
+
 bool Renderer::render(const Snapshot& given, Picture& picture, RenderStats& stats,
                       const std::atomic<bool>& stop) {
   stats = {};

@@ -42,6 +42,8 @@ class Renderer {
   ~Renderer();
   Renderer(Renderer&&) noexcept;
 
+  const RenderSetup& setup() const;  // as it was given
+
   // Returns false if `stop` became true first (the picture is then incomplete). The same
   // snapshot, setup and frame number give the same bits for any thread count. An unstable Error if a position
   // is not finite.

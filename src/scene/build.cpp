@@ -26,13 +26,11 @@ constexpr std::uint64_t kJitterKey = 0x717, kClumpKey = 0xc1;
 // What a particle of compact snow takes at the least: its columns, its share of the grid, three snapshots.
 constexpr double kBytesPerParticle = 270;
 
-std::string snow_table(std::size_t index) { return "snow[" + std::to_string(index) + "]"; }
-
 // m; the narrowest side of a snow object's bounds in its own frame.
 double narrowest(const SceneConfig& scene, std::size_t index) {
   const ShapeConfig& config = scene.snow[index].shape;
   if (config.shape == "flakes") return 2 * *config.radius;
-  const Shape shape = place_shape(scene, snow_table(index), config, ShapeUse::snow);
+  const Shape shape = place_shape(scene, table_of("snow", index), config, ShapeUse::snow);
   return world_bounds({shape.form, Pose{}}).size().minCoeff();
 }
 
@@ -51,7 +49,7 @@ PlacedSnow place(const SceneConfig& scene, std::size_t index, const std::vector<
     total += *volume(shapes[s]);
   }
   if (snow.position.empty()) {
-    throw Error(ExitCode::usage, place_of(scene, snow_table(index)),
+    throw Error(ExitCode::usage, place_of(scene, table_of("snow", index)),
                 "empty snow: no particle fits into '" + config.name +
                     "'; its shape is smaller than the particle spacing");
   }
@@ -75,7 +73,7 @@ void place_colliders(const SceneConfig& scene, SimulationSetup& setup) {
   }
   for (std::size_t i = 0; i < scene.colliders.size(); ++i) {
     const ColliderConfig& c = scene.colliders[i];
-    const Shape shape = place_shape(scene, "collider[" + std::to_string(i) + "]", c.shape, ShapeUse::solid);
+    const Shape shape = place_shape(scene, table_of("collider", i), c.shape, ShapeUse::solid);
     setup.colliders.push_back(
         {c.name, shape, c.contact, c.friction, c.static_friction, place_motion(c, shape)});
   }
@@ -93,7 +91,7 @@ void check_domain(const SceneConfig& scene, const SimulationSetup& setup) {
     const auto& positions = setup.snow[i].position;
     if (std::any_of(positions.begin(), positions.end(),
                     [&](const Vec3& p) { return signed_distance(*setup.domain, p) > 0; })) {
-      throw Error(ExitCode::usage, place_of(scene, snow_table(i), "center"),
+      throw Error(ExitCode::usage, place_of(scene, table_of("snow", i), "center"),
                   "snow '" + scene.snow[i].name + "' starts outside the domain box");
     }
   }
@@ -102,7 +100,7 @@ void check_domain(const SceneConfig& scene, const SimulationSetup& setup) {
 void check_waves(const SceneConfig& scene, double dx) {
   for (std::size_t i = 0; i < scene.snow.size(); ++i) {
     if (stable_dt(scene.snow[i].material, dx) > 0) continue;
-    throw Error(ExitCode::usage, place_of(scene, snow_table(i)),
+    throw Error(ExitCode::usage, place_of(scene, table_of("snow", i)),
                 "elastic waves in snow '" + scene.snow[i].name +
                     "' have no finite speed, so no time step is short enough: its stiffness is out of "
                     "proportion to its density");

@@ -55,7 +55,7 @@ Light make_light(const SceneConfig& scene, std::size_t index) {
                        light.ground};
   }
   if (light.type == "image") {
-    const std::string table = "light[" + std::to_string(index) + "]";
+    const std::string table = table_of("light", index);
     return ImageLight{load_texture(scene, table, "file", *light.file), light.rotation, light.radiance};
   }
   return ConstantLight{light.radiance};
@@ -86,7 +86,7 @@ void add_surfaces(const SceneConfig& scene, RenderSetup& setup) {
     const SurfaceConfig& config = scene.surfaces[i];
     setup.surfaces.push_back(config);
     if (!config.file) continue;
-    const std::string table = "surface[" + std::to_string(i) + "]";
+    const std::string table = table_of("surface", i);
     setup.surfaces.back().texture = load_texture(scene, table, "texture", *config.file);
   }
 }
@@ -101,13 +101,13 @@ void place_objects(const SceneConfig& scene, RenderSetup& setup) {
   for (std::size_t i = 0; i < scene.colliders.size(); ++i) {
     const ColliderConfig& c = scene.colliders[i];
     if (!c.visible) continue;
-    const Shape shape = place_shape(scene, "collider[" + std::to_string(i) + "]", c.shape, ShapeUse::solid);
+    const Shape shape = place_shape(scene, table_of("collider", i), c.shape, ShapeUse::solid);
     setup.objects.push_back(
         {shape, surface_number(setup, c.surface), place_motion(c, shape), "collider '" + c.name + "'"});
   }
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const ObjectConfig& o = scene.objects[i];
-    const std::string table = "object[" + std::to_string(i) + "]";
+    const std::string table = table_of("object", i);
     setup.objects.push_back(
         {place_shape(scene, table, o.shape, ShapeUse::solid), surface_number(setup, o.surface), {}, table});
   }
@@ -116,7 +116,7 @@ void place_objects(const SceneConfig& scene, RenderSetup& setup) {
 void place_media(const SceneConfig& scene, RenderSetup& setup) {
   for (std::size_t i = 0; i < scene.media.size(); ++i) {
     const MediumConfig& m = scene.media[i];
-    const Shape shape = place_shape(scene, "medium[" + std::to_string(i) + "]", m.shape, ShapeUse::solid);
+    const Shape shape = place_shape(scene, table_of("medium", i), m.shape, ShapeUse::solid);
     setup.media.push_back(
         {shape, m.thickness.value_or(INFINITY), m.sigma_s, m.sigma_a, static_cast<float>(m.g)});
   }

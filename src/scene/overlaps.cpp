@@ -100,8 +100,6 @@ void erase_marked(std::vector<T>& column, const std::vector<unsigned char>& mark
   column.resize(kept);
 }
 
-std::string table_of(int snow) { return "snow[" + std::to_string(snow) + "]"; }
-
 void trim(const SceneConfig& scene, PlacedSnow& snow, int index, const std::vector<Body>& bodies,
           const std::vector<int>& others) {
   std::vector<unsigned char> gone(snow.position.size());
@@ -115,7 +113,7 @@ void trim(const SceneConfig& scene, PlacedSnow& snow, int index, const std::vect
   erase_marked(snow.velocity, gone);
   erase_marked(snow.position, gone);
   if (snow.position.empty())
-    throw Error(ExitCode::usage, place_of(scene, table_of(index), "trim"),
+    throw Error(ExitCode::usage, place_of(scene, table_of("snow", index), "trim"),
                 "all of snow '" + snow.name + "' lies inside other bodies: 'trim' leaves nothing of it");
 }
 
@@ -143,7 +141,7 @@ void settle_overlaps(const SceneConfig& scene, SimulationSetup& setup,
       const auto inside = find_inside(setup.snow[i], bodies[other], 0.5 * spacing[i]);
       const auto count = std::count(inside.begin(), inside.end(), 1);
       if (count == 0) continue;
-      if (found.empty()) where = place_of(scene, table_of(i), "center");
+      if (found.empty()) where = place_of(scene, table_of("snow", i), "center");
       found.push_back("snow '" + setup.snow[i].name + "' starts inside " + bodies[other].name + " (" +
                       std::to_string(count) + " particles)");
     }

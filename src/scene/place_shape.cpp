@@ -75,7 +75,7 @@ std::vector<Shape> scatter_flakes(const SceneConfig& scene, std::size_t index, d
     Vec3 p;
     do {
       if (tries == kTries) {
-        throw Error(ExitCode::usage, place_of(scene, "snow[" + std::to_string(index) + "]", "count"),
+        throw Error(ExitCode::usage, place_of(scene, table_of("snow", index), "count"),
                     "only " + std::to_string(i) + " of " + std::to_string(config.count) +
                         " flakes fit into the region");
       }
@@ -140,7 +140,7 @@ Motion place_motion(const ColliderConfig& config, const Shape& shape) {
 std::vector<Shape> place_snow(const SceneConfig& scene, std::size_t index, double gap) {
   const ShapeConfig& config = scene.snow[index].shape;
   if (config.shape == "flakes") return scatter_flakes(scene, index, gap);
-  return {place_shape(scene, "snow[" + std::to_string(index) + "]", config, ShapeUse::snow)};
+  return {place_shape(scene, table_of("snow", index), config, ShapeUse::snow)};
 }
 
 }  // namespace firn

@@ -165,7 +165,7 @@ struct Checker {
   void names(const std::string& table, const List& list) const {
     std::map<std::string, std::size_t> seen;
     for (std::size_t i = 0; i < list.size(); ++i) {
-      const std::string path = table + "[" + std::to_string(i) + "]";
+      const std::string path = table_of(table, i);
       word(path, list[i].name);
       if (!seen.emplace(list[i].name, i).second) {
         refuse(path, "name", "two [[" + table + "]] are named '" + list[i].name + "'");
@@ -217,7 +217,7 @@ struct Checker {
 
   template <class List, class Check>
   void each(const std::string& table, const List& list, Check&& check) const {
-    for (std::size_t i = 0; i < list.size(); ++i) check(table + "[" + std::to_string(i) + "]", list[i]);
+    for (std::size_t i = 0; i < list.size(); ++i) check(table_of(table, i), list[i]);
   }
 
   void all() const {
@@ -262,6 +262,10 @@ const LightConfig* first_sun(const SceneConfig& scene) {
   const auto found = std::find_if(scene.lights.begin(), scene.lights.end(),
                                   [](const LightConfig& light) { return light.type == "sun"; });
   return found == scene.lights.end() ? nullptr : &*found;
+}
+
+std::string table_of(const std::string& list, std::size_t index) {
+  return list + "[" + std::to_string(index) + "]";
 }
 
 std::string place_of(const SceneConfig& scene, const std::string& table, const std::string& key) {
