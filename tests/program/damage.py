@@ -268,14 +268,14 @@ class MadeAgain(ProgramTest):
 
     def test_the_making_again_may_be_stopped_at_any_moment(self):
         random.seed(4)
-        self.firn("run", self.scene, "--out", "a", *LARGER, "--set", "output.particles=true", "--set", "output.checkpoint_every=1")
+        self.start_with("a", "run", *LARGER, "--set", "image.samples=10", "--set", "output.particles=true", "--set", "output.checkpoint_every=1")
         before, rows = self.hashes("a"), (self.here / "a/metrics.csv").read_text()
         for round in range(6):
             for name in ("frames/0001.png", "particles/0002.firn", "frames/0004.png", "particles/0005.firn"):
                 (self.here / "a" / name).unlink(missing_ok=True)
             for kind in random.sample([signal.SIGTERM, signal.SIGKILL, signal.SIGINT], 2):
                 with subprocess.Popen([FIRN, "resume", "a", "--quiet"], cwd=self.here, stdout=subprocess.DEVNULL) as process:
-                    time.sleep(random.uniform(0.01, 0.5))
+                    time.sleep(random.uniform(0.01, 0.3))
                     process.send_signal(kind)
             self.firn("resume", "a")
             self.assertEqual(self.hashes("a"), before)

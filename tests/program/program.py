@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
 """The built program from end to end, as a person or a script uses it: what the tests of this folder stand on."""
+import atexit
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -18,6 +20,9 @@ LARGER = ["--set", "image.samples=24", "--set", "image.width=320", "--set", "ima
 
 
 class ProgramTest(unittest.TestCase):
+    kept = None  # a folder of runs that several tests start from, while this process lasts
+    known = {}  # the runs in it, by the words that made them
+
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory(prefix="firn-test-")
         self.addCleanup(self.folder.cleanup)
@@ -33,6 +38,17 @@ class ProgramTest(unittest.TestCase):
                               stdin=stdin)
         self.assertEqual(done.returncode, code, f"firn {' '.join(words)}\n{done.stdout}{done.stderr}")
         return done
+
+    def start_with(self, run, *words):
+        """A run of the scene that `words` make, copied from one that is made once for all tests."""
+        if words not in self.known:
+            if not self.kept:
+                ProgramTest.kept = Path(tempfile.mkdtemp(prefix="firn-test-"))
+                atexit.register(shutil.rmtree, self.kept, ignore_errors=True)
+                (self.kept / "tiny.toml").write_text(SCENE)
+            self.known[words] = self.kept / str(len(self.known))
+            self.firn(words[0], str(self.kept / "tiny.toml"), "--out", str(self.known[words]), *words[1:])
+        shutil.copytree(self.known[words], self.here / run)
 
     def manifest(self, run):
         return json.loads(self.firn("info", run, "--json").stdout)

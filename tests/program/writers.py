@@ -120,8 +120,8 @@ class Sharing(ProgramTest):
 
     def setUp(self):
         super().setUp()
-        self.firn("simulate", self.scene, "--out", "a", *LARGER)
-        self.firn("run", self.scene, "--out", "whole", *LARGER)
+        self.start_with("a", "simulate", *LARGER)
+        self.start_with("whole", "run", *LARGER)
         self.pictures = [h[2] for h in self.hashes("whole")]
 
     def start(self, *words):
