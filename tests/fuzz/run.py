@@ -23,13 +23,11 @@ ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "build-fuzz"
 SEEDS = FOLDER / "seeds"
 SIDE_BY_SIDE = 2
-# A build with sanitizers and with clang's counters of coverage. Its kernels are those of `base`: no reader chooses by
-# instruction set. They are left as they are, for with all this each would take minutes to compile.
-KERNELS = ROOT / "tests/fuzz/uninstrumented.txt"
+# A build with sanitizers and with clang's counters of coverage. Its kernels are those of `base`, for no reader chooses by
+# instruction set, and have neither: each would take minutes to compile.
 OPTIONS = ["-Dfuzz=true", "-Dtests=false", "-Dbench=false", "-Db_sanitize=address,undefined", "-Db_lundef=false",
            "-Db_pch=false", "-Dunity=off", "-Disas=", "-Doptimization=1", "-Ddebug=true", "-Db_ndebug=false",
-           f"-Dcpp_args=-g1 -fsanitize=fuzzer-no-link -fsanitize-ignorelist={KERNELS} "
-           f"-fsanitize-coverage-ignorelist={KERNELS}"]
+           "-Dsanitize_kernels=false", "-Dcpp_args=-g1 -fsanitize=fuzzer-no-link"]
 # The sanitizers hold freed memory back, so the process may hold more than any input asks for at once.
 LIMITS = ["-timeout=10", "-malloc_limit_mb=1024", "-rss_limit_mb=2560"]
 ENVIRONMENT = {"ASAN_OPTIONS": "allocator_may_return_null=0",
