@@ -195,18 +195,20 @@ std::string unknown_command(const std::string& word, const CLI::App& app) {
          kSeeHelp;
 }
 
-// Words that a command does not take.
-std::string unexpected(const CLI::App& command, const std::string& word) {
+// Words that a command does not take; behind "--" none is an option.
+std::string unexpected(const CLI::App& command, const std::string& word, bool operand) {
   const std::string title = "'firn " + command.get_name() + "'";
-  if (word.size() < 2 || word[0] != '-') return title + " does not take '" + word + "' too" + kSeeHelp;
+  if (operand || word.size() < 2 || word[0] != '-')
+    return title + " does not take '" + word + "' too" + kSeeHelp;
   const std::string name = word.substr(0, word.find('='));
   return title + " has no option '" + name + "'" + suggestion(name, option_names(command)) + kSeeHelp;
 }
 
 std::string explain(const CLI::App& app, const CLI::ParseError& error) {
   for (const CLI::App* command : app.get_subcommands()) {
-    if (const auto extras = command->remaining(); !extras.empty())
-      return unexpected(*command, extras.front());
+    const std::vector<std::string> extras = command->remaining();
+    const auto word = std::find_if(extras.begin(), extras.end(), [](const auto& w) { return w != "--"; });
+    if (word != extras.end()) return unexpected(*command, *word, word != extras.begin());
     return "'firn " + command->get_name() + "': " + error.what() + kSeeHelp;
   }
   return error.what() + std::string(kSeeHelp);

@@ -15,6 +15,7 @@ namespace firn {
 namespace {
 
 constexpr int kMostLevels = 64;
+constexpr std::size_t kMostQuoted = 40;  // bytes of a string in a message
 constexpr const char* kTooDeep =
     "tables and arrays are nested deeper than 64 levels here; no key of a scene is so deep";
 
@@ -82,6 +83,12 @@ bool is_bare_word(const std::string& text) {
   });
 }
 
+// Digits that TOML does not take: a number beyond 64 bits, or one that begins with 0.
+bool is_whole_number(const std::string& text) {
+  const std::size_t sign = text[0] == '-' || text[0] == '+' ? 1 : 0;
+  return text.size() > sign && text.find_first_not_of("0123456789", sign) == std::string::npos;
+}
+
 }  // namespace
 
 RawValue* RawTable::find(std::string_view key) {
@@ -108,7 +115,9 @@ std::string describe(const RawValue& raw) {
     std::string operator()(bool) const { return "true or false"; }
     std::string operator()(std::int64_t) const { return "a whole number"; }
     std::string operator()(double) const { return "a number"; }
-    std::string operator()(const std::string&) const { return "a string"; }
+    std::string operator()(const std::string& s) const {
+      return s.size() > kMostQuoted ? "a string" : "the string \"" + s + "\"";
+    }
     std::string operator()(const RawArray& a) const { return "an array of " + std::to_string(a.size()); }
     std::string operator()(const RawTable&) const { return "a table"; }
     std::string operator()(const OtherTomlType& other) const { return other.name; }
@@ -137,7 +146,7 @@ RawValue parse_toml_value(const std::string& text, const std::string& where) {
     if (table.size() != 1) throw Error(ExitCode::usage, where, "expected one value, got '" + text + "'");
     result = convert(*table.get("value"), where);
   } catch (const toml::parse_error& error) {
-    if (!is_bare_word(text)) {
+    if (!is_bare_word(text) || is_whole_number(text)) {
       throw Error(ExitCode::usage, where,
                   "'" + text + "' is not a TOML value: " + join_lines(std::string(error.description())));
     }

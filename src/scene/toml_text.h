@@ -44,7 +44,7 @@ struct RawEntry {
   RawValue value;
 };
 
-// What a value is, for error messages: "a string", "an array of 2".
+// What a value is, for error messages: "the string \"wide\"", "an array of 2".
 std::string describe(const RawValue& value);
 
 // Errors: usage Error at the place of the syntax error.

@@ -24,7 +24,8 @@ class Words(ProgramTest):
                              (["a"], "'firn resume a'"), (["run", self.scene, "--quik"], "'--quick'"),
                              (["run", "--ouput", "b", self.scene], "'--out'"), (["check", self.scene, "--frames", "0"], "--frames"),
                              (["run", self.scene, "--frame=1"], "'--frames'"), (["--quick", "run", self.scene], "firn COMMAND --quick"),
-                             (["run", self.scene, "more"], "'more'"), (["xyzzy"], "simulate, render"),
+                             (["run", self.scene, "more"], "'more'"), (["run", "--", self.scene, "more"], "'more'"),
+                             (["run", "--", self.scene, "--quick"], "does not take '--quick' too"), (["xyzzy"], "simulate, render"),
                              (["run", self.scene, "--frames", "4-2"], "2-4"), (["params", "raduis"], "'radius'"),
                              (["run", self.scene, "--set", "image.widht=3"], "'width'")):
             self.assertIn(meant, self.refusal(*words), words)

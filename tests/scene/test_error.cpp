@@ -47,7 +47,8 @@ TEST_CASE("an unknown key or table is named where it stands, with the nearest kn
 
 TEST_CASE("a value of the wrong type is told from the expected one with its unit") {
   check_all({
-      {ball_with("0.1", "\"wide\""), "scene.toml:4:10: 'radius': expected a number in metres, got a string"},
+      {ball_with("0.1", "\"wide\""),
+       "scene.toml:4:10: 'radius': expected a number in metres, got the string \"wide\""},
       {ball_with("[0.0, 0.5, 0.0]", "[1, 2]"),
        "scene.toml:3:10: 'center': expected 3 numbers (m), got an array of 2"},
       {ball_with("0.5, 0.0]", "true, 0.0]"),
@@ -61,7 +62,7 @@ TEST_CASE("a value of the wrong type is told from the expected one with its unit
        "got a whole number"},
       {kBall + "[image]\nsamples = 1.5", "scene.toml:6:11: 'samples': expected a whole number, got a number"},
       {kBall + "[simulation]\ndt = \"auot\"",
-       "scene.toml:6:6: 'dt': expected a number in seconds, got a string"},
+       "scene.toml:6:6: 'dt': expected a number in seconds, got the string \"auot\""},
       {kBall + "[time]\nfps = 1979-05-27",
        "scene.toml:6:7: 'fps': expected a number in 1/s, got a date or time"},
       {kBall + "[output]\nformats = [\"png\", \"pgf\"]",

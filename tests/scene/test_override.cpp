@@ -63,7 +63,14 @@ TEST_CASE("a mistake in an override is named by the override") {
   CHECK_REFUSES(read(kTwo, {{"snow.left.radius", "-1"}}),
                 "--set snow.left.radius: 'radius' is -1.0, out of range: it must be above 0 m");
   CHECK_REFUSES(read(kTwo, {{"snow.radius", "big"}}),
-                "--set snow.radius: 'radius': expected a number in metres, got a string");
+                "--set snow.radius: 'radius': expected a number in metres, got the string \"big\"");
+  CHECK_REFUSES(read(kTwo, {{"snow.radius", "1e999"}}), "got the string \"1e999\"");
+  CHECK_REFUSES(read(kTwo, {{"snow.radius", std::string(41, 'x')}}), "got a string");
+  for (const char* number :
+       {"99999999999999999999", "-9223372036854775809", "+18446744073709551616", "007"}) {
+    CHECK_REFUSES(read(kTwo, {{"simulation.particles_across", number}}),
+                  std::string("--set simulation.particles_across: '") + number + "' is not a TOML value: ");
+  }
   CHECK_REFUSES(read(kTwo, {{"snow.lft.radius", "1"}}),
                 "--set snow.lft.radius: no [[snow]] is named 'lft'; there are: left, right");
   CHECK_REFUSES(read(kTwo, {{"snow[2].radius", "1"}}),
