@@ -133,6 +133,28 @@ TEST_CASE("an OBJ file of polygons is read, scaled, and its errors name the file
   CHECK(test::refusal([&] { load_obj(folder.path("none.obj"), 1); }).code == ExitCode::io);
 }
 
+TEST_CASE("a line of an OBJ file that cannot be read is refused at its place, and never read as zeros") {
+  test::TemporaryFolder folder;
+  const std::string corners = "v 0 0 0\r\nv 1 0 0 # x\n\tv 0 1 0 0.5 0.5 0.5\nv +0 -0 1.e0\n",
+                    faces = "f 1 3 2\nf 1/1 2/1 4/1\nf 2//1 3//1 4//1\nf 3/1/1 -4/1/1 4/1/1\n";
+  CHECK(load_obj(folder.write("whole.obj", corners + faces), 1).triangles().size() == 4);
+  for (const auto& [line, place] : {std::pair{"v 1 two 3", "5:5"},
+                                    {"v 1 2", "5:1"},
+                                    {"v 1,0 2 3", "5:3"},
+                                    {"v 1 2 3x", "5:7"},
+                                    {"f 1 2", "5:1"},
+                                    {"f 1 2 4294967299", "5:7"},
+                                    {"f 1 2 -99999999999", "5:7"},
+                                    {"f 1 2 3.5", "5:7"},
+                                    {"f a b c", "5:3"},
+                                    {"f 1/ 2 3", "5:3"},
+                                    {"f 1/2/ 2 3", "5:3"},
+                                    {"  f 1/2/3/4 2 3", "5:5"},
+                                    {"f 1 2 x", "5:7"}})
+    CHECK_REFUSES(load_obj(folder.write("broken.obj", corners + line + "\n" + faces), 1),
+                  std::string("broken.obj:") + place + ": ");
+}
+
 TEST_CASE("positions that an OBJ repeats for its seams are one vertex") {
   std::vector<Vec3> repeated;
   std::vector<Triangle> faces;
