@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <new>
 #include <optional>
@@ -55,6 +56,8 @@ ExitCode guarded(int count, char** words) {
     return complain(error.code(), error.what(), error.where());
   } catch (const std::bad_alloc&) {
     return complain(ExitCode::failed, "out of memory; 'firn check SCENE' prints what a scene needs");
+  } catch (const std::filesystem::filesystem_error& error) {
+    return complain(ExitCode::io, error.what());
   } catch (const std::exception& error) {
     return complain(ExitCode::failed, error.what());
   }

@@ -11,6 +11,7 @@
 #include "src/core/isa.h"
 #include "src/io/exr.h"
 #include "src/io/program.h"
+#include "src/io/version.h"
 #include "src/scene/validate.h"
 
 namespace firn {
@@ -72,6 +73,24 @@ std::unique_ptr<Renderer> make_renderer(const SceneConfig& scene, const kernels:
         "this firn was built without OpenEXR and cannot write \"exr\"; \"pfm\" holds the same layers");
   }
   return std::make_unique<Renderer>(kernels, build_render(scene));
+}
+
+// The kernels of x86-64-v3 and v4 give the same bits; those of `base` do not, so such a run stays with them.
+std::string isa_of(const Options& options, const Manifest& manifest) {
+  if (options.isa == "auto") return manifest.isa == "base" ? "base" : "auto";
+  if ((options.isa == "base") != (manifest.isa == "base")) {
+    throw Error(ExitCode::usage, "--isa",
+                "this run was begun with " + manifest.isa +
+                    ", and the kernels of base and of AVX differ in the last bits");
+  }
+  return options.isa;
+}
+
+void tell_of_other_build(Production& run) {
+  const Manifest& m = run.manifest();
+  if (m.version == version() && m.revision == revision()) return;
+  run.progress().say("This run was begun by firn " + m.version + " (" + m.revision + "), and goes on with " +
+                     version() + " (" + revision() + "), whose bits may differ.");
 }
 
 double expected_frame_seconds(const SceneConfig& scene, const SimulatedSnow* snow, bool pictures,

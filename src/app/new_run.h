@@ -21,6 +21,11 @@ std::unique_ptr<SimulatedSnow> make_snow(const SceneConfig& scene, const kernels
                                          bool force);
 std::unique_ptr<Renderer> make_renderer(const SceneConfig& scene, const kernels::KernelTable& kernels);
 
+// The --isa with which a run goes on. Errors: usage Error if its bits would be others.
+std::string isa_of(const Options& options, const Manifest& manifest);
+// Says so if another build of firn goes on with a run.
+void tell_of_other_build(Production& run);
+
 // Errors: usage Error for pictures that are too large for the movie that can be made here.
 void require_movie(const SceneConfig& scene);
 

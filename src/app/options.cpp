@@ -204,6 +204,19 @@ std::string unexpected(const CLI::App& command, const std::string& word, bool op
   return title + " has no option '" + name + "'" + suggestion(name, option_names(command)) + kSeeHelp;
 }
 
+// A script's variable that is not set, say.
+void refuse_empty_operands(const CLI::App& app) {
+  for (const CLI::App* command : app.get_subcommands()) {
+    for (const CLI::Option* option : command->get_options()) {
+      const auto& words = option->results();
+      if (option->get_positional() && std::find(words.begin(), words.end(), "") != words.end())
+        throw Error(
+            ExitCode::usage, "",
+            "'firn " + command->get_name() + "': " + option->get_name() + " is an empty word" + kSeeHelp);
+    }
+  }
+}
+
 std::string explain(const CLI::App& app, const CLI::ParseError& error) {
   for (const CLI::App* command : app.get_subcommands()) {
     const std::vector<std::string> extras = command->remaining();
@@ -250,6 +263,7 @@ std::optional<Options> parse_options(int count, const char* const* arguments) {
   } catch (const CLI::ParseError& error) {
     throw Error(ExitCode::usage, "", explain(app, error));
   }
+  refuse_empty_operands(app);
   Options options = checked(typed);
   options.typed = shell_line({arguments, arguments + count});
   return options;

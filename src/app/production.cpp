@@ -91,13 +91,36 @@ Production::Production(RunFolder folder, SceneConfig scene, Manifest manifest, b
 // The manifest comes first, in one move: from then on the folder is this run's, whatever happens next.
 void Production::begin(const std::vector<int>& frames) {
   left_ = {frames.begin(), frames.end()};
-  if (!shared) begin_alone(frames);
-  log_.open(folder_.log());
+  if (shared) {
+    log_.open(folder_.log());
+  } else if (folder_.opened()) {
+    go_on(frames);
+  } else {
+    begin_new();
+  }
   log_.add(manifest_.command);
 }
 
-void Production::begin_alone(const std::vector<int>& frames) {
+void Production::begin_new() {
   folder_.lock();
+  save_manifest("starting");
+  folder_.clear();
+  folder_.begin();
+  write_tables();
+  save_manifest("running");
+  folder_.keep();
+  log_.open(folder_.log());
+}
+
+// Whatever cannot be written is found before anything is changed. The lines of frames that are made again
+// stay in the journal until they have others: they know of pictures that were added, and if no frame can be
+// made now nothing is lost.
+void Production::go_on(const std::vector<int>& frames) {
+  folder_.lock();
+  log_.open(folder_.log());
+  folder_.begin();
+  // Before the manifest, in which version 0.1 kept the frames.
+  replace_journal(folder_.journal(), manifest_.key(), manifest_.frames);
   const auto is_lost = [&](const FrameRecord& record) {
     return std::binary_search(frames.begin(), frames.end(), record.frame) &&
            !(recorded && recorded->has(record.frame));
@@ -107,15 +130,8 @@ void Production::begin_alone(const std::vector<int>& frames) {
   }
   std::erase_if(manifest_.frames, is_lost);
   manifest_.error.clear();
-  // Before the manifest, in which version 0.1 kept the frames. The journal of a run that is replaced is left
-  // until there is a new manifest, which cannot read it.
-  if (folder_.opened()) replace_journal(folder_.journal(), manifest_.key(), manifest_.frames);
-  save_manifest(folder_.opened() ? "running" : "starting");
-  if (!folder_.opened()) folder_.clear();
-  folder_.begin();
+  save_manifest("running");
   write_tables();
-  if (!folder_.opened()) save_manifest("running");
-  folder_.keep();
 }
 
 // What the manifest holds too, for people and other programs.
@@ -149,6 +165,7 @@ ExitCode Production::produce(const std::vector<int>& frames, std::atomic<bool>& 
 
 ExitCode Production::finish(FrameGraphResult result, const std::atomic<bool>& stop) {
   if (result.interrupted) return interrupted(std::move(result));
+  if (!shared) folder_.require_lock();
   if (metrics_) metrics_->replace(manifest_.frames);  // frames that were made again belong between others
   make_movie(stop);
   save_manifest("complete");
@@ -169,7 +186,10 @@ FrameGraphResult Production::run_graph(const std::vector<int>& frames, std::atom
   progress_.start(static_cast<int>(frames.size()), expected_seconds);
   FrameGraphResult result = run_frames(stages, {frames, manifest_.slots, manifest_.threads}, stop);
   progress_.stop();
-  if (!shared) write_file(folder_.trace(), chrome_trace(result.intervals));
+  if (!shared) {
+    folder_.require_lock();
+    write_file(folder_.trace(), chrome_trace(result.intervals));
+  }
   return result;
 }
 
@@ -270,6 +290,7 @@ void Production::keep_pictures(FrameRecord& record) const {
 
 void Production::finish_frame(InFlight job) {
   keep_pictures(job.record);
+  folder_.require_lock();
   append_journal(folder_.journal(), manifest_.key(), job.record);
   const int frame = job.record.frame;
   auto& frames = manifest_.frames;
@@ -310,6 +331,7 @@ void Production::write_particles(const FrameSlot& slot, FrameRecord& record) {
 
 void Production::save_manifest(const std::string& status) {
   if (shared) return;  // it is the run's, which adding pictures does not change
+  folder_.require_lock();
   manifest_.status = status;
   manifest_.wall_seconds = earlier_wall_ + std::chrono::duration<double>(Clock::now() - started_).count();
   write_manifest(folder_.manifest(), manifest_);
@@ -317,6 +339,7 @@ void Production::save_manifest(const std::string& status) {
 }
 
 void Production::save_checkpoint(Checkpoint checkpoint) {
+  folder_.require_lock();
   checkpoint.scene_hash = hash_bytes(manifest_.scene.data(), manifest_.scene.size());
   write_checkpoint(folder_.checkpoint(checkpoint.frame), checkpoint);
   // Later ones stay: frames before them may be made again, and then they count again.

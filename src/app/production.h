@@ -67,7 +67,8 @@ class Production {
   void write_pictures(const FrameSlot& slot, FrameRecord& record);
   void write_particles(const FrameSlot& slot, FrameRecord& record);
   void begin(const std::vector<int>& frames);
-  void begin_alone(const std::vector<int>& frames);
+  void begin_new();
+  void go_on(const std::vector<int>& frames);
   void write_tables();
   ExitCode finish(FrameGraphResult result, const std::atomic<bool>& stop);
   FrameGraphResult run_graph(const std::vector<int>& frames, std::atomic<bool>& stop);

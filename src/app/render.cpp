@@ -63,9 +63,9 @@ std::string command_again(const Options& options) {
 }
 
 ExitCode render_run(const Options& options) {
-  const auto& kernels = choose_kernels(options.isa);
   RunFolder source = RunFolder::open(options.target);
   const Manifest simulated = options.out ? read_manifest(source.manifest(), source.journal()) : share(source);
+  const auto& kernels = choose_kernels(options.out ? options.isa : isa_of(options, simulated));
   require_scene(source, simulated);
   const auto frames = frames_to_show(options, source, simulated);
   if (options.quick)
@@ -104,6 +104,7 @@ ExitCode render_run(const Options& options) {
   run.renderer = std::move(renderer);
   run.recorded = std::move(snow);
   run.again = command_again(options);
+  if (!options.out) tell_of_other_build(run);
   const std::vector<int> wanted = frame_range(frames.first, frames.second);
   if (!options.out) {
     run.shared = std::make_unique<SharedFrames>(run.folder(), run.manifest(), wanted, options.overwrite);

@@ -22,17 +22,6 @@
 namespace firn {
 namespace {
 
-// The kernels of x86-64-v3 and v4 give the same bits; those of `base` do not, so such a run stays with them.
-std::string isa_of(const Options& options, const Manifest& manifest) {
-  if (options.isa == "auto") return manifest.isa == "base" ? "base" : "auto";
-  if ((options.isa == "base") != (manifest.isa == "base")) {
-    throw Error(ExitCode::usage, "--isa",
-                "this run was begun with " + manifest.isa +
-                    ", and the kernels of base and of AVX differ in the last bits");
-  }
-  return options.isa;
-}
-
 // A checkpoint can be used if all the frames that it has passed and that are wanted are kept in it.
 bool covers(const Checkpoint& checkpoint, const std::vector<int>& wanted) {
   return std::all_of(wanted.begin(), wanted.end(), [&](int frame) {
@@ -123,6 +112,7 @@ ExitCode resume_command(const Options& options) {
 
   Production run(std::move(folder), std::move(scene), std::move(manifest), options.quiet);
   const Manifest& m = run.manifest();
+  tell_of_other_build(run);
   run.again = shell_line({"firn", "resume", as_operand(options.target)});
   if (const auto& damaged = unfinished.damaged; !damaged.empty()) {
     run.progress().say(unfinished.why + ": frame" + (damaged.size() == 1 ? " " : "s ") + frame_list(damaged) +

@@ -27,8 +27,10 @@ std::string fault_among(const RunFolder& folder, const FrameRecord& record, std:
 }  // namespace
 
 std::string fault_of(const std::filesystem::path& file, const std::string& hash) {
-  std::error_code ignored;
-  if (!std::filesystem::exists(file, ignored)) return file.string() + " is missing";
+  std::error_code error;
+  const bool exists = std::filesystem::exists(file, error);
+  if (error) throw Error(ExitCode::io, file.string(), "cannot be looked at: " + error.message());
+  if (!exists) return file.string() + " is missing";
   try {
     return hash_in_hex(read_file(file)) == hash ? "" : file.string() + " is not what the run wrote";
   } catch (const Error& error) {

@@ -12,6 +12,7 @@
 namespace firn {
 
 // "" if the file's bytes have this hash, else one line: it is missing, or it is not what the run wrote.
+// Errors: io Error if that cannot be found out, for want of permission to its folder, say.
 std::string fault_of(const std::filesystem::path& file, const std::string& hash);
 
 struct Unfinished {

@@ -29,7 +29,9 @@ class FileLock {
 
   // From exclusive to shared. Errors: io Error if another was quicker.
   void share();
-  bool is_held() const { return held_; }  // false once another took the claim over, or the file is gone
+  bool is_held() const {
+    return held_ && stands();
+  }  // false once another has it, or the name leads elsewhere
 
  private:
   FileLock(std::filesystem::path path, Kind kind, int descriptor);

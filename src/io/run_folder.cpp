@@ -113,6 +113,8 @@ bool is_manifest(const fs::path& file) {
 void refuse_foreign_files(const fs::path& folder, bool overwrite) {
   const std::string name = folder.string();
   if (present(folder / "run.json")) {
+    if (overwrite && ::access((folder / "run.json").c_str(), R_OK) != 0)
+      fail(folder / "run.json", std::strerror(errno));
     if (overwrite && is_manifest(folder / "run.json")) return;
     if (overwrite)
       throw Error(ExitCode::usage, name,
@@ -139,7 +141,7 @@ RunFolder RunFolder::take(const std::string& scene, const std::optional<std::str
   folder.path_ = out ? fs::path(*out) : fs::path("out") / scene;
   std::error_code error;
   if (out && present(folder.path_) && !fs::is_directory(folder.path_, error))
-    fail(folder.path_, "it is a file");
+    fail(folder.path_, "it is not a folder");
   folder.made_ = out || !present(folder.path_) ? make_folders(folder.path_) : std::vector<fs::path>();
   // The next free name, also where another process was quicker.
   for (int n = 2; !out && (folder.made_.empty() || folder.made_.back() != absolute_of(folder.path_)); ++n) {
@@ -156,9 +158,15 @@ RunFolder RunFolder::open(const fs::path& path) {
   RunFolder folder;
   folder.path_ = path;
   folder.opened_ = true;
-  if (!present(folder.manifest())) {
-    throw Error(ExitCode::io, path.string(), "no run is in this folder (it has no run.json)");
-  }
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  const auto refuse = [&](const std::string& what) { throw Error(ExitCode::io, path.string(), what); };
+  if (status.type() == fs::file_type::not_found) refuse("no such folder");
+  if (error) refuse(error.message());
+  if (status.type() != fs::file_type::directory) refuse("it is not a folder, as a run is");
+  if (fs::symlink_status(folder.manifest(), error).type() == fs::file_type::not_found)
+    refuse("no run is in this folder (it has no run.json)");
+  if (error) refuse(error.message());
   return folder;
 }
 
@@ -250,7 +258,8 @@ void RunFolder::begin() {
 
 void RunFolder::require_lock() const {
   if (lock_ && lock_->is_held()) return;
-  throw Error(ExitCode::io, path_.string(), "another process has taken this run over");
+  throw Error(ExitCode::io, path_.string(),
+              "this folder was moved or removed, or another process has taken the run over");
 }
 
 void RunFolder::keep() {

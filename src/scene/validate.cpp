@@ -7,6 +7,7 @@
 #include <map>
 
 #include "src/core/error.h"
+#include "src/core/memory.h"
 #include "src/scene/name.h"
 #include "src/scene/suggest.h"
 
@@ -125,7 +126,12 @@ struct Checker {
 
   void file(const std::string& table, const std::string& key, const std::optional<std::string>& path) const {
     std::error_code ignored;
-    if (!path || std::filesystem::is_regular_file(*path, ignored)) return;
+    if (!path) return;
+    if (std::filesystem::is_regular_file(*path, ignored)) {
+      if (std::filesystem::file_size(*path, ignored) < machine_memory()) return;
+      throw Error(ExitCode::io, place_of(scene, table, key),
+                  "this file is larger than the memory of the machine: " + *path);
+    }
     if (path->empty()) refuse(table, key, "'" + key + "' names no file");
     const char* what = std::filesystem::is_directory(*path, ignored) ? "this is a folder, not a file: "
                        : std::filesystem::exists(*path, ignored) ? "this is a pipe or a device, not a file: "

@@ -101,7 +101,7 @@ TEST_CASE("Files that no run made are never taken for a run's") {
 TEST_CASE("A folder that cannot be written is an io Error that names it, before anything is made") {
   Inside inside;
   write_file("file", "");
-  CHECK(refusal("file", false, "it is a file") == ExitCode::io);
+  CHECK(refusal("file", false, "it is not a folder") == ExitCode::io);
   CHECK(refusal("file/deeper/out", false, "file/deeper") == ExitCode::io);
   CHECK(refusal("/proc/firn/out", false, "/proc/firn") == ExitCode::io);
   if (::geteuid() != 0) {
@@ -122,7 +122,12 @@ TEST_CASE("A run that is never begun gives its folder back, with the parents it 
 
 TEST_CASE("Opening a folder without a run is an io Error") {
   Inside inside;
-  CHECK_THROWS_WITH(RunFolder::open("nothing"), contains("nothing") && contains("run.json"));
+  CHECK_THROWS_WITH(RunFolder::open("nothing"), contains("nothing: no such folder"));
+  write_file("file", "");
+  CHECK_THROWS_WITH(RunFolder::open("file"), contains("file: it is not a folder"));
+  CHECK_THROWS_WITH(RunFolder::open("file/inner"), contains("file/inner: "));
+  fs::create_directory("there");
+  CHECK_THROWS_WITH(RunFolder::open("there"), contains("there: no run is in this folder (it has no run.json)"));
 }
 
 TEST_CASE("A run that ends before it has a manifest leaves nothing, and nothing of others is taken") {

@@ -6,6 +6,7 @@ import random
 import signal
 import subprocess
 import time
+import unittest
 
 from program import FIRN, LARGER, ProgramTest, SCENE
 
@@ -36,6 +37,71 @@ class Damage(ProgramTest):
                     self.assertEqual(path.read_bytes(), whole, f"{name} {kind}")
                 self.assertEqual(self.hashes("a"), before)
         self.assertIn("complete", self.firn("resume", "a").stderr)
+
+    def test_a_resume_that_cannot_begin_leaves_the_run_as_it_was(self):
+        self.firn("run", self.scene, "--out", "a", "--set", "output.particles=true")
+        before = self.hashes("a")
+        disk = self.here / "disk"
+        for name in ("frames", "particles", "checkpoints"):  # on a disk that is not there at the moment
+            (self.here / "a" / name).rename(disk)
+            (self.here / "a" / name).symlink_to(disk)
+            times = {path.name: path.stat().st_mtime_ns for path in disk.iterdir()}
+            disk.rename(self.here / "away")
+            (self.here / "a/frames/0003.png").unlink() if name == "checkpoints" else None
+            self.assertIn(name, self.firn("resume", "a", code=4).stderr)
+            (self.here / "away").rename(disk)
+            self.firn("resume", "a")
+            self.assertEqual({path.name: path.stat().st_mtime_ns for path in disk.iterdir()}, times)
+            self.assertEqual(self.hashes("a"), before)
+            (self.here / "a" / name).unlink()
+            disk.rename(self.here / "a" / name)
+        (self.here / "a/frames/0003.png").unlink()
+        (self.here / "a/log.txt").unlink()
+        (self.here / "a/log.txt").mkdir()
+        self.assertIn("log.txt", self.firn("resume", "a", code=4).stderr)
+        self.assertEqual(self.hashes("a"), before)
+
+    @unittest.skipIf(os.geteuid(), "needs root, to be another user")
+    def test_what_may_not_be_read_is_told_and_not_taken_for_lost(self):
+        self.here.chmod(0o777)
+        self.firn("run", self.scene, "--out", "a", "--set", "output.particles=true")
+        before = self.hashes("a")
+        for path in (self.here / "a", *(self.here / "a").rglob("*")):
+            os.chown(path, 65534, 65534)
+        def refusal(*words):
+            done = subprocess.run([FIRN, *words], cwd=self.here, capture_output=True, text=True, user=65534, group=65534, extra_groups=[], timeout=60)
+            self.assertEqual(done.returncode, 4, done.stderr)
+            return done.stderr
+        for name, told in (("frames", "frames/0000.png: .*ermission denied"), ("particles", "particles/0000.firn: .*ermission denied"),
+                           ("run.json", "run.json: .*ermission denied"), ("log.txt", "log.txt: .*ermission denied"), (".", "^a: .*ermission denied")):
+            path = self.here / "a" / name
+            path.chmod(0)
+            (self.here / "a/frames/0002.png").unlink(missing_ok=True) if name == "log.txt" else None
+            self.assertRegex(refusal("resume", "a"), told)
+            if name == "run.json":
+                self.assertRegex(refusal("run", self.scene, "--out", "a", "--overwrite"), told)
+            path.chmod(0o755)
+            self.assertEqual(self.hashes("a"), before)
+        self.firn("resume", "a")
+        self.assertEqual(self.hashes("a"), before)
+
+    def test_a_file_larger_than_memory_is_one_that_is_not_what_the_run_wrote(self):
+        self.firn("run", self.scene, "--out", "a", "--set", "output.particles=true", "--set", "output.formats=['png','pfm']")
+        before = self.hashes("a")
+        movie = self.manifest("a")["movie"]
+        for name in ("frames/0003.png", "frames/0003.pfm", "particles/0003.firn", movie):
+            os.truncate(self.here / "a" / name, 1 << 42)
+            self.assertIn(name, self.firn("resume", "a").stderr)
+            self.assertEqual(self.hashes("a"), before)
+        (self.here / "a/frames/0005.png").unlink()
+        latest = self.names("a/checkpoints")[-1]
+        os.truncate(self.here / "a/checkpoints" / latest, 1 << 42)
+        (self.here / "a/particles/0005.firn").unlink()
+        self.assertIn(latest, self.firn("resume", "a").stderr)
+        self.assertEqual(self.hashes("a"), before)
+        for name in ("scene.resolved.toml", "frames.jsonl", "run.json"):
+            os.truncate(self.here / "a" / name, 1 << 42)
+            self.assertIn(name, self.firn("resume", "a", code=4).stderr)
 
     def test_resume_writes_the_rows_of_metrics_anew(self):
         self.firn("run", self.scene, "--out", "a")
@@ -187,6 +253,40 @@ class Damage(ProgramTest):
             (self.here / "a" / name).unlink()
             self.firn("resume", "a")
             self.assertEqual([(h[0], h[1], h[2], sorted(h[3])) for h in self.hashes("a")], [(h[0], h[1], h[2], sorted(h[3])) for h in before])
+
+    def test_pictures_stay_where_the_making_of_their_particles_is_interrupted(self):
+        self.firn("simulate", self.scene, "--out", "a", "--set", "simulation.particles_across=30")
+        self.firn("render", "a")
+        before = [h[:3] for h in self.hashes("a")]
+        for seconds in (0.03, 0.06, 0.1, 0.15):
+            (self.here / "a/particles/0004.firn").unlink(missing_ok=True)
+            for path in (self.here / "a/checkpoints").iterdir():
+                path.unlink()
+            with subprocess.Popen([FIRN, "resume", "a", "--quiet"], cwd=self.here, stdout=subprocess.DEVNULL) as process:
+                time.sleep(seconds)
+                process.terminate()
+            self.firn("resume", "a")
+            self.assertEqual([h[:3] for h in self.hashes("a")], before)
+            self.assertIn("complete", self.firn("resume", "a").stderr)
+
+    def test_pictures_are_added_by_kernels_of_the_same_bits(self):
+        for isa in ("base", "auto"):
+            self.firn("run", self.scene, "--out", isa, "--isa", isa, "--set", "output.particles=true")
+            before = self.hashes(isa)
+            (self.here / isa / "frames/0002.png").unlink()
+            if self.manifest(isa)["isa"] != "base":
+                self.assertIn("--isa", self.firn("render", isa, "--isa", "base", code=2).stderr)
+            self.firn("render", isa)
+            self.assertEqual(self.hashes(isa), before)
+
+    def test_another_build_that_goes_on_with_a_run_is_told(self):
+        self.firn("simulate", self.scene, "--out", "a")
+        self.assertNotIn("begun by", self.firn("render", "a").stderr)
+        told = self.manifest("a") | {"version": "0.1.0"}
+        (self.here / "a/run.json").write_text(json.dumps({key: value for key, value in told.items() if key != "hash"}))
+        (self.here / "a/particles/0003.firn").unlink()
+        for words in (["resume", "a"], ["render", "a"]):
+            self.assertIn("begun by firn 0.1.0", self.firn(*words).stderr)
 
     def test_kernels_of_other_bits_do_not_go_on(self):
         for isa in ("base", "auto"):

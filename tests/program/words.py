@@ -36,7 +36,17 @@ class Words(ProgramTest):
                             (["run", self.scene, "--fa\nmes"], 2), (["params", "qw\x1b[31m\n"], 2), (["check", "no\nfile"], 4)):
             self.assertNotRegex(self.refusal(*words, code=code).strip(), r"[\x00-\x1f\x7f]")
 
+    def test_a_folder_that_is_no_run_is_told_by_what_it_is(self):
+        self.firn("run", self.scene, "--out", "a", "--frames", "0")
+        for command in ("resume", "info"):
+            self.assertIn("no such folder", self.refusal(command, "none", code=4))
+            self.assertIn("not a folder", self.refusal(command, self.scene, code=4))
+            self.assertIn("not a folder", self.refusal(command, "a/run.json", code=4))
+            self.assertIn("no run.json", self.refusal(command, "a/frames", code=4))
+
     def test_empty_words_are_not_taken_for_none(self):
+        for words in (["info", ""], ["info", "", "--json"], ["params", ""], ["check", ""], ["render", ""], ["resume", ""], ["run", ""]):
+            self.assertIn("empty word", self.refusal(*words))
         self.assertIn("--frames", self.refusal("run", self.scene, "--frames", ""))
         self.assertIn("--out", self.refusal("run", self.scene, "--out", ""))
         self.assertIn("no format", self.refusal("run", self.scene, "--set", "output.formats=[]"))

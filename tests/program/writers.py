@@ -62,7 +62,7 @@ class Writers(ProgramTest):
     def test_a_signal_before_the_first_frame_ends_firn_at_once_and_leaves_nothing(self):
         fine = ["--set", "simulation.particles_across=200"]
         before = self.names(".")
-        for kind in (signal.SIGINT, signal.SIGTERM):
+        for kind in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             for words in (["check", self.scene, *fine], ["run", self.scene, *fine, "--out", "new/a"], ["check", "-"]):
                 with subprocess.Popen([FIRN, *words], cwd=self.here, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
                     time.sleep(0.15)
@@ -73,12 +73,13 @@ class Writers(ProgramTest):
                 self.assertEqual(self.names("."), before, words)
 
     def test_an_ignored_interrupt_stays_ignored(self):
-        ignore = lambda: signal.signal(signal.SIGINT, signal.SIG_IGN)
-        with subprocess.Popen([FIRN, "run", self.scene, "--out", "a", "--quiet"], cwd=self.here, stdout=subprocess.DEVNULL, preexec_fn=ignore) as process:
-            while not (self.here / "a/run.json").exists() and process.poll() is None:
-                time.sleep(0.001)
-            process.send_signal(signal.SIGINT)
-        self.assertEqual(process.returncode, 0)
+        for kind in (signal.SIGINT, signal.SIGHUP):
+            ignore = lambda: signal.signal(kind, signal.SIG_IGN)
+            with subprocess.Popen([FIRN, "run", self.scene, "--out", f"a{kind}", "--quiet"], cwd=self.here, stdout=subprocess.DEVNULL, preexec_fn=ignore) as process:
+                while not (self.here / f"a{kind}/run.json").exists() and process.poll() is None:
+                    time.sleep(0.001)
+                process.send_signal(kind)
+            self.assertEqual(process.returncode, 0)
 
     def test_one_process_at_a_time_writes_into_a_run(self):
         words = [FIRN, "run", self.scene, "--out", "a", "--quiet", "--set", "image.samples=200"]
@@ -106,6 +107,39 @@ class Writers(ProgramTest):
             if done.returncode == 4:
                 self.assertIn(name, done.stderr)
             shutil.rmtree(self.here / "b")
+
+    def test_a_run_whose_folder_goes_away_leaves_the_next_one_of_that_name_alone(self):
+        long = ["--set", "image.samples=300"]
+        self.start_with("whole", "run", *long, "--seed", "9")
+        whole = self.hashes("whole")
+        for round, go_away in enumerate([lambda run: shutil.rmtree(run, ignore_errors=True), lambda run: run.rename(f"{run}-moved")] * 3):
+            run = self.here / f"a{round}"
+            words = [FIRN, "run", self.scene, "--out", run.name, "--quiet", *long]
+            with subprocess.Popen(words, cwd=self.here, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as first:
+                while not (run / "frames").is_dir() and first.poll() is None:
+                    time.sleep(0.001)
+                time.sleep(0.05 * round)
+                go_away(run)
+                shutil.rmtree(run, ignore_errors=True)  # what was written meanwhile
+                self.firn(*words[1:], "--seed", "9")
+                self.assertRegex(first.communicate(timeout=60)[1], "a. was moved or removed|cannot write|^$|this folder was moved")
+            self.assertEqual(first.returncode, 4)
+            self.assertEqual(self.hashes(run.name), whole)
+            self.assertIn("complete", self.firn("resume", run.name).stderr)
+
+    def test_an_empty_folder_in_the_place_of_a_run_stays_empty(self):
+        with subprocess.Popen([FIRN, "run", self.scene, "--out", "a", "--quiet", "--set", "image.samples=300"], cwd=self.here, stdout=subprocess.DEVNULL,
+                              stderr=subprocess.PIPE, text=True) as process:
+            while not (self.here / "a/frames/0001.png").exists() and process.poll() is None:
+                time.sleep(0.001)
+            (self.here / "a").rename(self.here / "b")
+            (self.here / "a").mkdir()
+            self.assertIn("moved or removed", process.communicate(timeout=60)[1])
+        self.assertEqual(process.returncode, 4)
+        self.assertEqual(self.names("a"), [])
+        self.start_with("whole", "run", "--set", "image.samples=300")
+        self.firn("resume", "b")
+        self.assertEqual(self.hashes("b"), self.hashes("whole"))
 
     def test_a_start_that_fails_leaves_nothing(self):
         full = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
