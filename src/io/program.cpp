@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr int kLookMilliseconds = 100;  // between two looks at the flag that stops
 constexpr int kLooks = 20;              // at a program that was asked to end
+constexpr int kPieces = 64;             // of what it says, read at once
 
 // Asks a program to end, and kills it if it does not.
 void end_program(pid_t child) {
@@ -35,21 +36,31 @@ void end_program(pid_t child) {
   ::kill(child, SIGKILL);
 }
 
-// The last part of what a program says until it ends, or is ended because of `stop`.
-std::string listen(int pipe, pid_t child, const std::atomic<bool>& stop) {
-  std::string said;
+// Adds what is in the pipe now, and forgets the beginning of much; false at its end.
+bool read_what_is_there(int pipe, std::string& said) {
   char buffer[4096];
-  while (!stop) {
-    pollfd waiting{pipe, POLLIN, 0};
-    if (::poll(&waiting, 1, kLookMilliseconds) <= 0) continue;
-    const ssize_t count = ::read(pipe, buffer, sizeof buffer);
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) return said;
+  ssize_t count = 0;
+  for (int pieces = 0; pieces < kPieces && (count = ::read(pipe, buffer, sizeof buffer)) > 0; ++pieces) {
     said.append(buffer, static_cast<std::size_t>(count));
     if (said.size() > 8192) said.erase(0, said.size() - 4096);
   }
-  end_program(child);
-  return said;
+  return count != 0;
+}
+
+// What becomes of a program until it ends, whoever else holds its pipe by then, or is ended because of
+// `stop`.
+Outcome follow(int pipe, pid_t child, const std::atomic<bool>& stop) {
+  Outcome outcome;
+  ::fcntl(pipe, F_SETFL, O_NONBLOCK);
+  for (bool open = true, ended = false; !ended;) {
+    pollfd waiting{pipe, POLLIN, 0};
+    ::poll(&waiting, open ? 1 : 0, kLookMilliseconds);
+    if (stop) end_program(child);
+    const pid_t waited = ::waitpid(child, &outcome.status, stop ? 0 : WNOHANG);
+    ended = waited != 0 && !(waited < 0 && errno == EINTR);
+    open = open && read_what_is_there(pipe, outcome.said);
+  }
+  return outcome;
 }
 
 }  // namespace
@@ -71,11 +82,7 @@ Outcome run_program(std::vector<std::string> words, const std::atomic<bool>& sto
   posix_spawn_file_actions_destroy(&actions);
   ::close(ends[1]);
   Outcome outcome;
-  if (failed == 0) {
-    outcome.said = listen(ends[0], child, stop);
-    while (::waitpid(child, &outcome.status, 0) < 0 && errno == EINTR) {
-    }
-  }
+  if (failed == 0) outcome = follow(ends[0], child, stop);
   ::close(ends[0]);
   return outcome;
 }

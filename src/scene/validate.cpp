@@ -14,6 +14,8 @@
 namespace firn {
 namespace {
 
+constexpr std::size_t kLongestName = 200;  // bytes; a folder may have 255
+
 struct Checker {
   const SceneConfig& scene;
 
@@ -182,6 +184,9 @@ struct Checker {
   void word(const std::string& table, const std::string& name) const {
     if (!is_name(name))
       refuse(table, "name", "'" + name + "' cannot be a name: use letters, digits, _ and -");
+    if (name.size() > kLongestName)
+      refuse(table, "name",
+             "a name may have " + std::to_string(kLongestName) + " bytes at most: run folders get it");
   }
 
   void quad(const std::string& table, const LightConfig& light) const {

@@ -127,7 +127,8 @@ TEST_CASE("Opening a folder without a run is an io Error") {
   CHECK_THROWS_WITH(RunFolder::open("file"), contains("file: it is not a folder"));
   CHECK_THROWS_WITH(RunFolder::open("file/inner"), contains("file/inner: "));
   fs::create_directory("there");
-  CHECK_THROWS_WITH(RunFolder::open("there"), contains("there: no run is in this folder (it has no run.json)"));
+  CHECK_THROWS_WITH(RunFolder::open("there"),
+                    contains("there: no run is in this folder (it has no run.json)"));
 }
 
 TEST_CASE("A run that ends before it has a manifest leaves nothing, and nothing of others is taken") {

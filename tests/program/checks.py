@@ -8,7 +8,7 @@ import time
 import unittest
 from pathlib import Path
 
-from program import FIRN, PATIENCE, ProgramTest, SCENES
+from program import FIRN, PATIENCE, ProgramTest, SCENE, SCENES
 
 
 GROUND = "[ground]\n"
@@ -60,6 +60,10 @@ class Checks(ProgramTest):
         self.assertAlmostEqual(sum(seen.values()), 100, delta=2)
 
     def test_check_refuses_what_run_refuses_in_the_same_words(self):
+        self.write("small.obj", "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+        self.write("huge.obj", "")
+        os.truncate(self.here / "huge.obj", 1 << 42)
+        self.write(self.scene, SCENE + '[[object]]\nshape = "mesh"\nfile = "small.obj"\n')
         has_exr = "exr" in self.firn("info").stdout
         for words, code, said in ((["--set", "output.formats=['exr']"], 2, None if has_exr else "OpenEXR"),
                                   (["--set", "image.width=32768", "--set", "image.height=32768"], 2, "pixels"),
@@ -67,6 +71,8 @@ class Checks(ProgramTest):
                                   (["--set", "snow.mu=1e-12", "--set", "snow.lambda=1e5"], 2, "no finite speed"),
                                   (["--set", "simulation.particles_across=9000"], 2, "GiB"), (["--set", "simulation.dt=1"], 2, "stable bound"),
                                   (["--set", "image.width=20000"], 2, None if shutil.which("ffmpeg") else "16383"),
+                                  (["--set", f"name={'x' * 201}"], 2, "200 bytes"), (["--set", f"snow.name={'x' * 300}"], 2, "200 bytes"),
+                                  (["--set", "object.file=huge.obj"], 4, "memory of the machine"),
                                   (["--set", "snow.radius=-1"], 2, "radius")):
             if said is None:
                 continue

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Runs that are stopped or killed go on as if nothing had happened."""
-import fcntl
+import contextlib
 import json
 import os
 import random
@@ -270,6 +270,25 @@ class FirstFrame(ProgramTest):
 
 
 class Movies(ProgramTest):
+    def test_an_ffmpeg_that_is_deaf_or_leaves_others_behind_keeps_nobody_waiting(self):
+        around = os.environ | {"PATH": f"{self.here}:{os.environ['PATH']}"}
+        for script, sent, code in (("exec 1>&- 2>&-; touch begun; exec sleep 30", signal.SIGINT, 130), ("sleep 30 & touch begun; exit 1", None, 4),
+                                   ("yes & touch begun; exit 1", None, 4), ("sleep 30 & touch begun; exec sleep 30", signal.SIGTERM, 130)):
+            (self.here / "ffmpeg").write_text(f"#!/bin/bash\n{script}\n")
+            (self.here / "ffmpeg").chmod(0o755)
+            with subprocess.Popen([FIRN, "run", self.scene, "--out", "a", "--overwrite", "--quiet"], cwd=self.here, env=around, stdout=subprocess.DEVNULL,
+                                  stderr=subprocess.DEVNULL, start_new_session=True) as process:
+                while not (self.here / "begun").exists() and process.poll() is None:
+                    time.sleep(0.001)
+                (self.here / "begun").unlink()
+                begin = time.monotonic()
+                if sent:
+                    process.send_signal(sent)
+                self.assertEqual(process.wait(timeout=20), code, script)
+                self.assertLess(time.monotonic() - begin, 3 * PATIENCE, script)
+                with contextlib.suppress(ProcessLookupError):  # those that were left
+                    os.killpg(process.pid, signal.SIGKILL)
+
     def test_a_signal_ends_the_making_of_the_movie_and_resume_makes_it(self):
         (self.here / "ffmpeg").write_text("#!/bin/sh\ntouch begun\nexec sleep 30\n")
         (self.here / "ffmpeg").chmod(0o755)
