@@ -88,7 +88,6 @@ Production::Production(RunFolder folder, SceneConfig scene, Manifest manifest, b
       progress_(log_, quiet),
       earlier_wall_(manifest_.wall_seconds) {}
 
-// The manifest comes first, in one move: from then on the folder is this run's, whatever happens next.
 void Production::begin(const std::vector<int>& frames) {
   left_ = {frames.begin(), frames.end()};
   if (shared) {
@@ -101,6 +100,7 @@ void Production::begin(const std::vector<int>& frames) {
   log_.add(manifest_.command);
 }
 
+// The manifest comes first, in one move: from then on the folder is this run's, whatever happens next.
 void Production::begin_new() {
   folder_.lock();
   save_manifest("starting");
