@@ -14,6 +14,7 @@
 #include <new>
 
 #include "src/core/error.h"
+#include "src/core/memory.h"
 
 namespace firn {
 namespace {
@@ -108,12 +109,8 @@ std::string read_file(const fs::path& path, std::size_t from) {
   }
   const std::size_t size = static_cast<std::size_t>(status.st_size);
   if (from > 0 && ::lseek(file.number, static_cast<off_t>(from), SEEK_SET) < 0) fail(path, "read", errno);
-  std::string bytes;
-  try {
-    bytes.resize(size > from ? size - from : 0);
-  } catch (const std::exception&) {
-    fail(path, "read", EFBIG);
-  }
+  if (size > machine_memory()) fail(path, "read", EFBIG);
+  std::string bytes(size > from ? size - from : 0, '\0');
   if (read_all(file.number, bytes.data(), bytes.size()) != bytes.size())
     fail(path, "read", errno ? errno : EIO);
   return bytes;
