@@ -63,8 +63,10 @@ class Writers(ProgramTest):
         fine = ["--set", "simulation.particles_across=200"]
         before = self.names(".")
         for kind in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            heed = lambda: signal.signal(kind, signal.SIG_DFL)  # under nohup it is ignored
             for words in (["check", self.scene, *fine], ["run", self.scene, *fine, "--out", "new/a"], ["check", "-"]):
-                with subprocess.Popen([FIRN, *words], cwd=self.here, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+                with subprocess.Popen([FIRN, *words], cwd=self.here, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                      preexec_fn=heed) as process:
                     time.sleep(0.15)
                     begin = time.monotonic()
                     process.send_signal(kind)
