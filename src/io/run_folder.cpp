@@ -184,7 +184,8 @@ RunFolder& RunFolder::operator=(RunFolder&& other) noexcept {
 
 RunFolder::~RunFolder() {
   std::error_code ignored;
-  if (fresh_) {  // when it was locked, none of these was there
+  if (lock_ && !lock_->is_held()) return;  // what is there now is another run's
+  if (fresh_) {                            // when it was locked, none of these was there
     for (const char* own : kOwnNames) fs::remove_all(path_ / own, ignored);
   }
   lock_.reset();
