@@ -106,6 +106,7 @@ void Production::begin_new() {
   save_manifest("starting");
   folder_.clear();
   folder_.begin();
+  replace_journal(folder_.journal(), manifest_.key(), {});
   write_tables();
   save_manifest("running");
   folder_.keep();

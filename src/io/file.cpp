@@ -86,7 +86,7 @@ void write_pieces(const fs::path& path, std::span<const std::string_view> pieces
 }
 
 void append_line(const fs::path& path, std::string_view line) {
-  const Descriptor file{::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK, 0666)};
+  const Descriptor file{::open(path.c_str(), O_RDWR | O_APPEND | O_CLOEXEC | O_NONBLOCK)};
   if (file.number < 0) fail(path, "write", errno);
   ::flock(file.number, LOCK_EX);  // where there are none, one write of a line is whole all the same
   char last = '\n';               // stays so in an empty file

@@ -14,7 +14,7 @@ namespace firn {
 // Errors: io Error that names the path and the system's reason.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 void write_pieces(const std::filesystem::path& path, std::span<const std::string_view> pieces);  // one file
-// Adds a line, which ends in '\n', to a file and flushes it to the disk; makes the file if there is none.
+// Adds a line, which ends in '\n', to a file that is there, and flushes it to the disk.
 // Several processes may do so: each line is whole, and begins anew after one that was cut off. Errors: io
 // Error; a part of the line may be there then.
 void append_line(const std::filesystem::path& path, std::string_view line);

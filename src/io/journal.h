@@ -13,8 +13,8 @@
 
 namespace firn {
 
-// By several processes, if need be. Errors: io Error if the disk is full; then the last line may be there in
-// part.
+// To a journal that replace_journal() has begun, by several processes, if need be. Errors: io Error if there
+// is none, or if the disk is full; then the last line may be there in part.
 void append_journal(const std::filesystem::path& path, const std::string& key, const FrameRecord& record);
 // The file with these frames alone, in place of what is there.
 void replace_journal(const std::filesystem::path& path, const std::string& key,

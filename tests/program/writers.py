@@ -134,6 +134,7 @@ class Writers(ProgramTest):
                               stderr=subprocess.PIPE, text=True) as process:
             while not (self.here / "a/frames/0001.png").exists() and process.poll() is None:
                 time.sleep(0.001)
+            time.sleep(0.02)  # between two frames: a write that has begun is not called back
             (self.here / "a").rename(self.here / "b")
             (self.here / "a").mkdir()
             self.assertRegex(process.communicate(timeout=60)[1], "this folder was moved or removed|cannot write")
