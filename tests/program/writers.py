@@ -111,7 +111,7 @@ class Writers(ProgramTest):
             shutil.rmtree(self.here / "b")
 
     def test_a_run_whose_folder_goes_away_leaves_the_next_one_of_that_name_alone(self):
-        long = ["--set", f"image.samples={round(300 / PATIENCE)}"]
+        long = ["--set", f"image.samples={int(300 / PATIENCE)}"]
         self.start_with("whole", "run", *long, "--seed", "9")
         whole = self.hashes("whole")
         for round, go_away in enumerate([lambda run: shutil.rmtree(run, ignore_errors=True), lambda run: run.rename(f"{run}-moved")] * 3):
