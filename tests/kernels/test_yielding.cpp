@@ -12,7 +12,7 @@
 
 namespace firn::test {
 
-kernels::LaneParts lane_parts_of(const kernels::KernelTable& table) {
+kernels::LaneParts lane_parts_of([[maybe_unused]] const kernels::KernelTable& table) {
 #ifdef FIRN_HAS_V4
   if (std::strcmp(table.isa, "x86-64-v4") == 0) return kernels::isa_v4::lane_parts();
 #endif

@@ -16,9 +16,13 @@ def find_formatter():
     return None
 
 
-def is_formatted(program, path):
-    formatted = subprocess.run([program, str(path)], cwd=tree.ROOT, check=True, capture_output=True, text=True).stdout
-    return formatted == tree.read(path)
+def not_formatted(program, paths):
+    """The paths whose text the formatter would change. One call for all: a start of the program takes as long as a
+    file."""
+    told = subprocess.run([program, "--dry-run", *map(str, paths)], cwd=tree.ROOT, check=True, stderr=subprocess.PIPE,
+                          text=True).stderr
+    warned = {line.partition(":")[0] for line in told.splitlines() if "-Wclang-format-violations" in line}
+    return [path for path in paths if str(path) in warned]
 
 
 if __name__ == "__main__":
@@ -27,5 +31,5 @@ if __name__ == "__main__":
         print("SKIPPED: clang-format 14 is not installed")
         sys.exit(77)
     sources = tree.files(".h", ".cpp")
-    wrong = [f"{path}: not formatted; run './dev format'" for path in sources if not is_formatted(formatter, path)]
+    wrong = [f"{path}: not formatted; run './dev format'" for path in not_formatted(formatter, sources)]
     tree.finish(wrong, len(sources))
