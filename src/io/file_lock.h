@@ -29,9 +29,8 @@ class FileLock {
 
   // From exclusive to shared. Errors: io Error if another was quicker.
   void share();
-  bool is_held() const {
-    return held_ && stands();
-  }  // false once another has it, or the name leads elsewhere
+  // False once another has it, or the name leads elsewhere.
+  bool is_held() const { return held_ && stands(); }
 
  private:
   FileLock(std::filesystem::path path, Kind kind, int descriptor);

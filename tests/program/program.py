@@ -17,6 +17,8 @@ SCENES = Path(__file__).resolve().parents[2] / "scenes"
 SCENE = Path(__file__).with_name("tiny.toml").read_text(encoding="utf-8")
 # Some tenths of a second a frame: long enough to be interrupted in one.
 LARGER = ["--set", "image.samples=24", "--set", "image.width=320", "--set", "image.height=240"]
+# Of the scene as it is; as long with sanitizers as without.
+LONG = ["--set", f"image.samples={int(300 / PATIENCE)}"]
 
 
 class ProgramTest(unittest.TestCase):

@@ -9,7 +9,7 @@ import signal
 import subprocess
 import time
 
-from program import FIRN, LARGER, PATIENCE, ProgramTest, SCENE
+from program import FIRN, LARGER, LONG, PATIENCE, ProgramTest, SCENE
 
 
 class Writers(ProgramTest):
@@ -84,7 +84,7 @@ class Writers(ProgramTest):
             self.assertEqual(process.returncode, 0)
 
     def test_one_process_at_a_time_writes_into_a_run(self):
-        words = [FIRN, "run", self.scene, "--out", "a", "--quiet", "--set", "image.samples=200"]
+        words = [FIRN, "run", self.scene, "--out", "a", "--quiet", *LONG]
         with subprocess.Popen(words, cwd=self.here, stdout=subprocess.DEVNULL) as process:
             while not (self.here / "a/run.json").exists() and process.poll() is None:
                 time.sleep(0.001)
@@ -111,12 +111,11 @@ class Writers(ProgramTest):
             shutil.rmtree(self.here / "b")
 
     def test_a_run_whose_folder_goes_away_leaves_the_next_one_of_that_name_alone(self):
-        long = ["--set", f"image.samples={int(300 / PATIENCE)}"]
-        self.start_with("whole", "run", *long, "--seed", "9")
+        self.start_with("whole", "run", *LONG, "--seed", "9")
         whole = self.hashes("whole")
         for round, go_away in enumerate([lambda run: shutil.rmtree(run, ignore_errors=True), lambda run: run.rename(f"{run}-moved")] * 3):
             run = self.here / f"a{round}"
-            words = [FIRN, "run", self.scene, "--out", run.name, "--quiet", *long]
+            words = [FIRN, "run", self.scene, "--out", run.name, "--quiet", *LONG]
             with subprocess.Popen(words, cwd=self.here, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as first:
                 while not (run / "log.txt").exists() and first.poll() is None:  # it has begun
                     time.sleep(0.001)
@@ -130,8 +129,8 @@ class Writers(ProgramTest):
             self.assertIn("complete", self.firn("resume", run.name).stderr)
 
     def test_an_empty_folder_in_the_place_of_a_run_stays_empty(self):
-        with subprocess.Popen([FIRN, "run", self.scene, "--out", "a", "--quiet", "--set", "image.samples=300"], cwd=self.here, stdout=subprocess.DEVNULL,
-                              stderr=subprocess.PIPE, text=True) as process:
+        words = [FIRN, "run", self.scene, "--out", "a", "--quiet", *LONG]
+        with subprocess.Popen(words, cwd=self.here, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
             while not (self.here / "a/frames/0001.png").exists() and process.poll() is None:
                 time.sleep(0.001)
             time.sleep(0.02)  # between two frames: a write that has begun is not called back
@@ -140,7 +139,7 @@ class Writers(ProgramTest):
             self.assertRegex(process.communicate(timeout=60)[1], "this folder was moved or removed|cannot write")
         self.assertEqual(process.returncode, 4)
         self.assertEqual(self.names("a"), [])
-        self.start_with("whole", "run", "--set", "image.samples=300")
+        self.start_with("whole", "run", *LONG)
         self.firn("resume", "b")
         self.assertEqual(self.hashes("b"), self.hashes("whole"))
 
