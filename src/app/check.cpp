@@ -3,7 +3,9 @@
 // in part, and the numbers are printed on stdout, warnings on stderr.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,9 +28,34 @@ namespace {
 constexpr double kStrained = 1.05;  // times as fast as unstrained, a wave in snow about to yield
 constexpr double kBuried = 0.02;    // less of a body may dip into what it lies on
 
-void warn(const SceneConfig& scene, const std::string& table, const std::string& what) {
-  std::fprintf(stderr, "%s: warning: %s\n", place_of(scene, table).c_str(), escape_control(what).c_str());
-}
+constexpr int kMostOfAKind = 10;  // warnings that are printed one by one
+
+// What looks like a mistake in a scene, on stderr. Of each kind the first few are printed, the rest counted.
+class Warnings {
+ public:
+  explicit Warnings(const SceneConfig& scene) : scene_(scene) {}
+
+  // `kind` is what several bodies of snow do.
+  void add(const char* kind, std::size_t body, const std::string& what) {
+    if (++counts_[kind] <= kMostOfAKind) print(place_of(scene_, table_of("snow", body)), what);
+  }
+
+  void print_counts() const {
+    for (const auto& [kind, count] : counts_) {
+      if (count > kMostOfAKind)
+        print(scene_.file,
+              "of " + grouped(scene_.snow.size()) + " bodies of snow " + grouped(count) + " " + kind);
+    }
+  }
+
+ private:
+  static void print(const std::string& place, const std::string& what) {
+    std::fprintf(stderr, "%s: warning: %s\n", place.c_str(), escape_control(what).c_str());
+  }
+
+  const SceneConfig& scene_;
+  std::map<std::string, std::uint64_t> counts_;
+};
 
 std::string box(const Bounds& b) {
   return text("x %.4g to %.4g, y %.4g to %.4g, z %.4g to %.4g m", b.min.x(), b.max.x(), b.min.y(), b.max.y(),
@@ -81,27 +108,28 @@ bool is_at_rest(const SnowConfig& snow) {
   return snow.velocity.isZero(0) && snow.spin.isZero(0) && !snow.terminal_velocity;
 }
 
-void warn_of_footing(const SceneConfig& scene, const SimulationSetup& setup, const Solids& solids) {
+void warn_of_footing(Warnings& warnings, const SceneConfig& scene, const SimulationSetup& setup,
+                     const Solids& solids) {
   const std::vector<Footing> footings = footing_of(setup, solids.shapes);
   for (std::size_t i = 0; i < footings.size(); ++i) {
     const Footing& f = footings[i];
     const std::string name = "snow '" + setup.snow[i].name + "'";
     if (f.buried > kBuried)
-      warn(
-          scene, table_of("snow", i),
+      warnings.add(
+          "lie in part under a surface", i,
           text("%.3g %% of ", 100 * f.buried) + name + " lies under the surface of " + solids.names[f.solid]);
     if (setup.gravity.isZero(0) || !is_at_rest(scene.snow[i])) continue;
     if (std::isinf(f.clearance)) {
-      warn(scene, table_of("snow", i), name + " floats: there is no ground or collider to fall onto");
+      warnings.add("float", i, name + " floats: there is no ground or collider to fall onto");
     } else if (f.clearance > 2 * setup.dx) {
-      warn(scene, table_of("snow", i),
-           name + " floats: all that it could lie on is " + text("%.3g m", f.clearance) +
-               " away or more, and it will fall");
+      warnings.add("float", i,
+                   name + " floats: all that it could lie on is " + text("%.3g m", f.clearance) +
+                       " away or more, and it will fall");
     }
   }
 }
 
-void print_sights(const SceneConfig& scene, const SimulationSetup& setup, const RenderSetup& render,
+void print_sights(Warnings& warnings, const SimulationSetup& setup, const RenderSetup& render,
                   const Sights& sights) {
   std::string seen;
   const auto add = [&](const std::string& name, std::size_t pixels) {
@@ -115,8 +143,8 @@ void print_sights(const SceneConfig& scene, const SimulationSetup& setup, const 
   print_line("camera sees", seen);
   for (std::size_t i = 0; i < sights.snow.size(); ++i) {
     if (sights.snow[i] == 0)
-      warn(scene, table_of("snow", i),
-           "the camera sees nothing of snow '" + setup.snow[i].name + "' in frame 0");
+      warnings.add("are not seen in frame 0", i,
+                   "the camera sees nothing of snow '" + setup.snow[i].name + "' in frame 0");
   }
 }
 
@@ -184,7 +212,8 @@ ExitCode check_command(const Options& options) {
   SimulationSetup setup = build_simulation(scene, options.force);
   print_line("scene", scene.name + " (" + scene.file + (options.quick ? ", quick size)" : ")"));
   print_snow(setup);
-  warn_of_footing(scene, setup, solids_of(setup, renderer->setup()));
+  Warnings warnings(scene);
+  warn_of_footing(warnings, scene, setup, solids_of(setup, renderer->setup()));
   const SimulationSetup bare = without_particles(setup);  // a run keeps them no longer, either
   Simulation simulation(kernels, std::move(setup));
   print_line("grid", text("dx %.4g m, ", bare.dx) + grouped(simulation.grid_blocks()) +
@@ -194,7 +223,8 @@ ExitCode check_command(const Options& options) {
   print_memory(rehearsal, simulation);
   print_line("image", text("%dx%d, %d samples, %d bounces", scene.image.width, scene.image.height,
                            scene.image.samples, scene.image.max_bounces));
-  print_sights(scene, bare, renderer->setup(), rehearsal.sights);
+  print_sights(warnings, bare, renderer->setup(), rehearsal.sights);
+  warnings.print_counts();
   return ExitCode::ok;
 }
 

@@ -132,6 +132,14 @@ class Checks(ProgramTest):
             if buried and bodies[0][1][1] < -0.15:
                 self.assertEqual(told[0][0], "100")
 
+    def test_of_many_warnings_the_first_are_printed_and_the_rest_counted(self):
+        for count in (10, 11, 40):
+            _, warned = self.check(scene_of([(f"s{i}", [0.3 * i, 0.5, 5], "") for i in range(count)]))
+            for one, many in (("floats", "float"), ("sees nothing of", "are not seen in frame 0")):
+                self.assertEqual(warned.count(one), min(count, 10), warned)
+                total = f"checked.toml: warning: of {count} bodies of snow {count} {many}\n"
+                self.assertEqual(warned.count(total), int(count > 10), warned)
+
 
 class Estimates(ProgramTest):
     """What `firn check` foretells, beside what runs then took."""
