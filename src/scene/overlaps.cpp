@@ -13,7 +13,8 @@
 namespace firn {
 namespace {
 
-constexpr std::size_t kMostNamed = 8;  // overlaps in one message
+constexpr std::size_t kMostNamed = 8;       // overlaps in one message
+constexpr std::size_t kMostCounted = 1000;  // thousands of bodies in one place have millions
 
 struct Body {
   std::string name;
@@ -134,7 +135,7 @@ void settle_overlaps(const SceneConfig& scene, SimulationSetup& setup,
   }
   std::vector<std::string> found;
   std::string where;
-  for (int i = 0; i < static_cast<int>(setup.snow.size()); ++i) {
+  for (int i = 0; i < static_cast<int>(setup.snow.size()) && found.size() <= kMostCounted; ++i) {
     if (scene.snow[i].trim) continue;
     for (const int other : neighbours[i]) {
       if (is_allowed(scene, i, bodies[other].snow)) continue;
@@ -149,7 +150,9 @@ void settle_overlaps(const SceneConfig& scene, SimulationSetup& setup,
   if (found.empty()) return;
   std::string text;
   for (std::size_t k = 0; k < std::min(found.size(), kMostNamed); ++k) text += (k ? ", " : "") + found[k];
-  if (found.size() > kMostNamed) text += ", and " + std::to_string(found.size() - kMostNamed) + " more";
+  if (found.size() > kMostNamed)
+    text += std::string(found.size() > kMostCounted ? ", and at least " : ", and ") +
+            std::to_string(found.size() - kMostNamed) + " more";
   throw Error(ExitCode::usage, where,
               text + "; move it, set trim = true to leave out what lies inside, or set allow_overlap = true");
 }

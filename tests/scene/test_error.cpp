@@ -223,6 +223,12 @@ TEST_CASE("all overlaps are told at once, the first eight by name, whichever axi
     INFO(many);
     CHECK(many.find(", and 11 more; move it") != std::string::npos);
   }
+  std::string heap;  // 1770 pairs
+  for (int i = 0; i < 60; ++i) heap += "[[snow]]\nshape = \"ball\"\nradius = 0.1\ncenter = [0, 1, 0]\n";
+  const std::string counted =
+      test::refusal([&] { build_simulation(test::read(heap + "[simulation]\ndx = 0.04\n")); }).line;
+  INFO(counted);
+  CHECK(counted.find(", and at least ") != std::string::npos);
 }
 
 TEST_CASE(
