@@ -179,11 +179,22 @@ std::string list_of(const std::vector<std::string>& names) {
   return list;
 }
 
+// Before the command.
+std::string unknown_option(const std::string& word, const CLI::App& app) {
+  const std::string name = word.substr(0, word.find('='));
+  std::vector<std::string> names = option_names(app);
+  for (const CLI::App* command : app.get_subcommands({})) {
+    if (command->get_option_no_throw(name))
+      return "'" + word + "' stands before the command; write 'firn COMMAND " + word + "'";
+    for (const std::string& other : option_names(*command)) names.push_back(other);
+  }
+  return "there is no option '" + name + "'" + suggestion(name, names) + kSeeHelp;
+}
+
 // What was meant by a first word that is no command.
 std::string unknown_command(const std::string& word, const CLI::App& app) {
   std::error_code ignored;
-  if (word.size() > 1 && word[0] == '-')
-    return "'" + word + "' stands before the command; write 'firn COMMAND " + word + "'";
+  if (word.size() > 1 && word[0] == '-') return unknown_option(word, app);
   if (std::filesystem::exists(word + "/run.json", ignored))
     return "'" + word + "' is a run, not a command, did you mean 'firn resume " + word + "'?";
   if (word == "-" || std::filesystem::path(word).extension() == ".toml" ||

@@ -24,6 +24,7 @@ class Words(ProgramTest):
                              (["a"], "'firn resume a'"), (["run", self.scene, "--quik"], "'--quick'"),
                              (["run", "--ouput", "b", self.scene], "'--out'"), (["check", self.scene, "--frames", "0"], "--frames"),
                              (["run", self.scene, "--frame=1"], "'--frames'"), (["--quick", "run", self.scene], "firn COMMAND --quick"),
+                             (["--hlep"], "'--help'"), (["--quik", "run", self.scene], "'--quick'"), (["--xyzzy"], "no option '--xyzzy'"),
                              (["run", self.scene, "more"], "'more'"), (["run", "--", self.scene, "more"], "'more'"),
                              (["run", "--", self.scene, "--quick"], "does not take '--quick' too"), (["xyzzy"], "simulate, render"),
                              (["run", self.scene, "--frames", "4-2"], "2-4"), (["params", "raduis"], "'radius'"),
