@@ -226,7 +226,7 @@ bool count_bytes(void* sum, ssize_t bytes, bool) {
 
 EmbreeScene::EmbreeScene(RTCGeometryType type, int threads) {
   device_ = rtcNewDevice(("threads=" + std::to_string(threads)).c_str());
-  if (device_ == nullptr) throw Error(ExitCode::failed, "Embree", "makes no device");
+  if (device_ == nullptr) throw Error(ErrorCode::failed, "Embree", "makes no device");
   rtcSetDeviceMemoryMonitorFunction(device_, count_bytes, &bytes_);
   scene_ = rtcNewScene(device_);
   geometry_ = rtcNewGeometry(device_, type);
@@ -243,7 +243,7 @@ void EmbreeScene::commit() {
   rtcCommitGeometry(geometry_);
   rtcCommitScene(scene_);
   if (const RTCError error = rtcGetDeviceError(device_); error != RTC_ERROR_NONE) {
-    throw Error(ExitCode::failed, "Embree", "cannot build: error " + std::to_string(error));
+    throw Error(ErrorCode::failed, "Embree", "cannot build: error " + std::to_string(error));
   }
 }
 

@@ -87,7 +87,7 @@ void EmbreeBricks::number_bricks() {
   std::uint32_t sum = 0;
   for (std::uint32_t& cell : cell_) {
     if (cell == 0) continue;
-    if (cell > kMostInBrick) throw Error(ExitCode::failed, "embree_bricks", "too many balls in one brick");
+    if (cell > kMostInBrick) throw Error(ErrorCode::failed, "embree_bricks", "too many balls in one brick");
     start_.push_back(sum);
     sum += cell;
     cell = static_cast<std::uint32_t>(start_.size() - 1);

@@ -70,7 +70,7 @@ double positive(const std::string& option, const char* text) {
   char* end = nullptr;
   const double value = std::strtod(text, &end);
   if (*text == 0 || *end != 0 || !(value > 0)) {
-    throw firn::Error(firn::ExitCode::usage, option, std::string("'") + text + "' is not a positive number");
+    throw firn::Error(firn::ErrorCode::usage, option, std::string("'") + text + "' is not a positive number");
   }
   return value;
 }
@@ -88,8 +88,8 @@ struct Options {
         continue;
       }
       const auto option = takes.find(name);
-      if (option == takes.end()) throw firn::Error(firn::ExitCode::usage, name, "no such option");
-      if (++i == argc) throw firn::Error(firn::ExitCode::usage, name, "a value is missing");
+      if (option == takes.end()) throw firn::Error(firn::ErrorCode::usage, name, "no such option");
+      if (++i == argc) throw firn::Error(firn::ErrorCode::usage, name, "a value is missing");
       option->second(argv[i]);
     }
   }
@@ -107,7 +107,7 @@ auto word(std::string& out) {
 
 bool stops_early(const std::string& naive_svd) {
   if (naive_svd != "five-sweeps" && naive_svd != "converged") {
-    throw firn::Error(firn::ExitCode::usage, "--naive-svd",
+    throw firn::Error(firn::ErrorCode::usage, "--naive-svd",
                       "'" + naive_svd + "' is neither five-sweeps nor converged");
   }
   return naive_svd == "converged";

@@ -77,7 +77,7 @@ Measured measure(const OverlapOptions& o, const std::string& firn, const fs::pat
   measured.wall = seconds_of([&] { outcome = run_program(words, stop); });
   measured.busy = busy_seconds_of_children() - before;
   if (!WIFEXITED(outcome.status) || WEXITSTATUS(outcome.status) != 0)
-    throw Error(ExitCode::io, firn, "the run failed: " + outcome.said);
+    throw Error(ErrorCode::io, firn, "the run failed: " + outcome.said);
   for (const FrameRecord& frame : read_manifest(out / "run.json", out / "frames.jsonl").frames)
     measured.hashes.emplace_back(frame.particles_hash, frame.picture_hash);
   return measured;

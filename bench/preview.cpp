@@ -96,7 +96,7 @@ void print(const Json& r) {
 
 void run_preview(const PreviewOptions& options) {
   if (options.clock != "wall" && options.clock != "cpu")
-    throw Error(ExitCode::usage, "--clock", "'" + options.clock + "' is neither wall nor cpu");
+    throw Error(ErrorCode::usage, "--clock", "'" + options.clock + "' is neither wall nor cpu");
   const auto timed = [&](auto&& work) {
     return options.clock == "cpu" ? cpu_seconds_of(work) / options.threads : seconds_of(work);
   };

@@ -27,7 +27,7 @@ void add_provenance(Json& report) {
 void write_json(const Json& report, const std::string& path) {
   std::ofstream out(path);
   out << report.dump(2) << '\n';
-  if (!out.flush()) throw Error(ExitCode::io, path, "cannot be written");
+  if (!out.flush()) throw Error(ErrorCode::io, path, "cannot be written");
 }
 
 }  // namespace firn::bench

@@ -52,7 +52,7 @@ void for_each_particle(State& s, F&& f) {
 // Steps until all snow sleeps; the ball is held where it is.
 void bring_to_rest(State& s, double dt) {
   for (int step = 0; s.asleep() < s.particles.size(); ++step) {
-    if (step == kMostDamped) throw Error(ExitCode::unstable, "", "the bed does not come to rest");
+    if (step == kMostDamped) throw Error(ErrorCode::unstable, "", "the bed does not come to rest");
     s.last_stable_dt = stable_limit(s).dt;
     s.step(std::min(dt, s.last_stable_dt));
     for_each_particle(s, [](const kernels::ParticleView& p, std::size_t i) {

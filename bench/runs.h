@@ -23,7 +23,7 @@ auto halve_until_stable(double& dt, Run&& run) {
   for (; dt > 1e-7; dt /= 2) {
     if (auto runs = run()) return std::move(*runs);
   }
-  throw Error(ExitCode::unstable, "", "no dt above 1e-7 s is stable");
+  throw Error(ErrorCode::unstable, "", "no dt above 1e-7 s is stable");
 }
 
 // What was counted over the timed steps.

@@ -65,7 +65,7 @@ PlacedSnow snow_of_scene(const std::string& name, std::size_t particles) {
   if (name == "impact") return ball(particles, 2 * kSceneDx);
   if (name == "falling") return ball(particles, kTooHigh);
   if (name == "settled") return packed_block(particles);
-  throw Error(ExitCode::usage, "--scene", "'" + name + "' is not one of: impact, falling, settled");
+  throw Error(ErrorCode::usage, "--scene", "'" + name + "' is not one of: impact, falling, settled");
 }
 
 }  // namespace

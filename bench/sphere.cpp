@@ -23,7 +23,7 @@ constexpr int kSize = 128;
 Integrator integrator_of(const std::string& name) {
   if (name == "bidirectional") return Integrator::bidirectional;
   if (name == "path") return Integrator::path;
-  throw Error(ExitCode::usage, "--integrator", "'" + name + "' is neither bidirectional nor path");
+  throw Error(ErrorCode::usage, "--integrator", "'" + name + "' is neither bidirectional nor path");
 }
 
 RenderSetup setup_of(const SphereOptions& options) {

@@ -159,7 +159,7 @@ void print(const Json& r) {
 
 int busy_threads(const TraceOptions& options) {
   if (options.clock != "wall" && options.clock != "cpu") {
-    throw Error(ExitCode::usage, "--clock", "'" + options.clock + "' is neither wall nor cpu");
+    throw Error(ErrorCode::usage, "--clock", "'" + options.clock + "' is neither wall nor cpu");
   }
   return options.clock == "cpu" ? options.threads : 0;
 }

@@ -110,7 +110,7 @@ std::vector<std::uint32_t> order_of(const std::string& name, const std::vector<V
         points.size(), [&](std::size_t i) { return in_cells(points[i]); }, kDx, blocks);
   }
   if (name != "lattice") {
-    throw Error(ExitCode::usage, "--order", "'" + name + "' is neither blocks nor lattice");
+    throw Error(ErrorCode::usage, "--order", "'" + name + "' is neither blocks nor lattice");
   }
   std::vector<std::uint32_t> order(points.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<std::uint32_t>(i);
@@ -138,7 +138,7 @@ Snapshot snapshot_of(const std::vector<Vec3>& points, const std::vector<std::uin
 
 TraceScene trace_scene(const std::string& shape, const std::string& order, std::size_t particles) {
   if (shape != "ball" && shape != "slab") {
-    throw Error(ExitCode::usage, "--shape", "'" + shape + "' is neither ball nor slab");
+    throw Error(ErrorCode::usage, "--shape", "'" + shape + "' is neither ball nor slab");
   }
   const Stage stage = shape == "ball" ? ball(particles) : slab(particles);
   const Vec3 light = stage.center + 6 * stage.half_width * Vec3(-0.5, 0.8, 0.6).normalized();

@@ -11,8 +11,6 @@
 #include <vector>
 
 #include "src/app/commands.h"
-#include "src/app/new_run.h"
-#include "src/app/rehearsal.h"
 #include "src/app/report.h"
 #include "src/core/isa.h"
 #include "src/core/text.h"
@@ -21,6 +19,8 @@
 #include "src/scene/footing.h"
 #include "src/scene/scene.h"
 #include "src/scene/validate.h"
+#include "src/session/prepare.h"
+#include "src/session/rehearsal.h"
 
 namespace firn {
 namespace {
@@ -204,12 +204,12 @@ void print_memory(const Rehearsal& rehearsal, const Simulation& simulation) {
 }  // namespace
 
 ExitCode check_command(const Options& options) {
-  const auto& kernels = choose_kernels(options.isa);
+  const auto& kernels = choose_kernels(options.session.isa);
   const SceneConfig scene = read_scene(options.target, options.reading());
   if (scene.output.movie && scene.time.frames > 1)
     require_movie(scene);  // in the order in which a run refuses
   const auto renderer = make_renderer(scene, kernels);
-  SimulationSetup setup = build_simulation(scene, options.force);
+  SimulationSetup setup = build_simulation(scene, options.session.force);
   print_line("scene", scene.name + " (" + scene.file + (options.quick ? ", quick size)" : ")"));
   print_snow(setup);
   Warnings warnings(scene);

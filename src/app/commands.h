@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // One function a command, one file each. They return how the program ends; errors come out as exceptions.
 #pragma once
+#include "src/app/exit_code.h"
 #include "src/app/options.h"
-#include "src/core/error.h"
 
 namespace firn {
 

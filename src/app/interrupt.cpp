@@ -7,7 +7,7 @@
 #include <climits>
 #include <cstring>
 
-#include "src/core/error.h"
+#include "src/app/exit_code.h"
 
 namespace firn {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Ctrl-C and SIGTERM as a flag that every stage of a production polls; a second one ends the program at once.
-// Where nobody polls (commands that only print, and what comes before a production) the first one does.
+// Ctrl-C and SIGTERM as a flag that every stage of a session polls; a second one ends the program at once.
+// Where nobody polls (commands that only print, and what comes before a session) the first one does.
 #pragma once
 #include <atomic>
 #include <filesystem>

@@ -34,13 +34,14 @@ ExitCode execute(int count, char** words) {
   if (!options) return ExitCode::ok;
   // Holds for what happens before the flow graph too: placing particles, the first sort, the movie.
   std::optional<tbb::global_control> limit;
-  if (options->threads > 0) {
-    limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(options->threads));
+  if (options->session.threads > 0) {
+    limit.emplace(tbb::global_control::max_allowed_parallelism,
+                  static_cast<std::size_t>(options->session.threads));
   }
   for (const auto& [name, command] : kCommands) {
     if (options->command == name) return command(*options);
   }
-  throw Error(ExitCode::usage, "", "no command given");
+  throw Error(ErrorCode::usage, "", "no command given");
 }
 
 // "scene.toml:12:3: what is wrong" as editors like it; "firn: what is wrong" where there is no place to name.
@@ -53,7 +54,7 @@ ExitCode guarded(int count, char** words) {
   try {
     return execute(count, words);
   } catch (const Error& error) {
-    return complain(error.code(), error.what(), error.where());
+    return complain(exit_code(error.code()), error.what(), error.where());
   } catch (const std::bad_alloc&) {
     return complain(ExitCode::failed, "out of memory; 'firn check SCENE' prints what a scene needs");
   } catch (const std::filesystem::filesystem_error& error) {

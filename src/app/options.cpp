@@ -35,14 +35,14 @@ void add_scene_options(CLI::App& app, Typed& typed) {
       ->type_name("KEY=VALUE");
   app.add_flag("--quick", typed.options.quick, "The small size that the scene defines in its [quick] table");
   app.add_option("--seed", typed.seed, "Same as --set simulation.seed=N")->type_name("N");
-  app.add_flag("--force", typed.options.force, "Accept a fixed dt above the stable bound");
+  app.add_flag("--force", typed.options.session.force, "Accept a fixed dt above the stable bound");
 }
 
 void add_machine_options(CLI::App& app, Typed& typed) {
-  app.add_option("--threads", typed.options.threads, "Threads to use (default: all)")
+  app.add_option("--threads", typed.options.session.threads, "Threads to use (default: all)")
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
-  app.add_option("--isa", typed.options.isa, "auto, base, x86-64-v3 or x86-64-v4")->type_name("NAME");
+  app.add_option("--isa", typed.options.session.isa, "auto, base, x86-64-v3 or x86-64-v4")->type_name("NAME");
 }
 
 void add_run_options(CLI::App& app, Typed& typed) {
@@ -52,9 +52,10 @@ void add_run_options(CLI::App& app, Typed& typed) {
 }
 
 void add_output_options(CLI::App& app, Typed& typed) {
-  app.add_option("--out", typed.options.out, "Output folder (default: the next free out/<scene>)")
+  app.add_option("--out", typed.options.session.out, "Output folder (default: the next free out/<scene>)")
       ->type_name("DIR");
-  app.add_flag("--overwrite", typed.options.overwrite, "Replace the run that the output folder holds");
+  app.add_flag("--overwrite", typed.options.session.overwrite,
+               "Replace the run that the output folder holds");
   app.add_option("--frames", typed.frames,
                  "Only these frames, both ends included; frame 0 is the initial state")
       ->type_name("A-B");
@@ -110,7 +111,7 @@ void add_commands(CLI::App& app, Typed& typed) {
 SceneOverride parse_override(const std::string& text) {
   const auto equals = text.find('=');
   if (equals == std::string::npos || equals == 0) {
-    throw Error(ExitCode::usage, "--set", "'" + text + "' is not of the form key=value");
+    throw Error(ErrorCode::usage, "--set", "'" + text + "' is not of the form key=value");
   }
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
@@ -126,10 +127,10 @@ std::pair<int, int> parse_frames(const std::string& text) {
   const auto first = parse_frame(text.substr(0, dash));
   const auto last = dash == std::string::npos ? first : parse_frame(text.substr(dash + 1));
   if (!first || !last) {
-    throw Error(ExitCode::usage, "--frames", "'" + text + "' is not a range of frames such as 0-23 or 12");
+    throw Error(ErrorCode::usage, "--frames", "'" + text + "' is not a range of frames such as 0-23 or 12");
   }
   if (*first > *last) {
-    throw Error(ExitCode::usage, "--frames",
+    throw Error(ErrorCode::usage, "--frames",
                 "'" + text + "' runs backwards, did you mean " + std::to_string(*last) + "-" +
                     std::to_string(*first) + "?");
   }
@@ -141,7 +142,7 @@ std::string parse_seed(const std::string& text) {
   const auto end = text.data() + text.size();
   const auto read = std::from_chars(text.data(), end, seed);
   if (read.ec != std::errc() || read.ptr != end || seed < 0) {
-    throw Error(ExitCode::usage, "--seed",
+    throw Error(ErrorCode::usage, "--seed",
                 "'" + text + "' is not a whole number from 0 to " +
                     std::to_string(std::numeric_limits<std::int64_t>::max()));
   }
@@ -152,10 +153,10 @@ Options checked(Typed& typed) {
   Options options = typed.options;
   for (const auto& text : typed.set) options.overrides.push_back(parse_override(text));
   if (typed.seed) options.overrides.push_back({"simulation.seed", parse_seed(*typed.seed)});
-  if (typed.frames) options.frames = parse_frames(*typed.frames);
-  if (options.out && options.out->empty())
-    throw Error(ExitCode::usage, "--out", "the name of the folder is empty");
-  options.overlap = !typed.no_overlap;
+  if (typed.frames) options.session.frames = parse_frames(*typed.frames);
+  if (options.session.out && options.session.out->empty())
+    throw Error(ErrorCode::usage, "--out", "the name of the folder is empty");
+  options.session.overlap = !typed.no_overlap;
   return options;
 }
 
@@ -222,7 +223,7 @@ void refuse_empty_operands(const CLI::App& app) {
       const auto& words = option->results();
       if (option->get_positional() && std::find(words.begin(), words.end(), "") != words.end())
         throw Error(
-            ExitCode::usage, "",
+            ErrorCode::usage, "",
             "'firn " + command->get_name() + "': " + option->get_name() + " is an empty word" + kSeeHelp);
     }
   }
@@ -260,23 +261,23 @@ std::optional<Options> parse_options(int count, const char* const* arguments) {
       without_help_command({arguments + std::min(count, 1), arguments + count});
   if (words.empty()) {
     std::cerr << app.help();
-    throw Error(ExitCode::usage, "", "no command given");
+    throw Error(ErrorCode::usage, "", "no command given");
   }
   std::vector<std::string> known = command_names(app);
   known.insert(known.end(), {"-h", "--help", "--version"});
   if (std::count(known.begin(), known.end(), words.front()) == 0)
-    throw Error(ExitCode::usage, "", unknown_command(words.front(), app));
+    throw Error(ErrorCode::usage, "", unknown_command(words.front(), app));
   try {
     app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
   } catch (const CLI::Success& success) {  // --help and --version
     app.exit(success, std::cout, std::cerr);
     return std::nullopt;
   } catch (const CLI::ParseError& error) {
-    throw Error(ExitCode::usage, "", explain(app, error));
+    throw Error(ErrorCode::usage, "", explain(app, error));
   }
   refuse_empty_operands(app);
   Options options = checked(typed);
-  options.typed = shell_line({arguments, arguments + count});
+  options.session.command = shell_line({arguments, arguments + count});
   return options;
 }
 

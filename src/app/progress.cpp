@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <numeric>
 
+#include "src/app/interrupt.h"
+
 namespace firn {
 namespace {
 
@@ -36,24 +38,28 @@ std::string clock_text(double seconds) {
   return text;
 }
 
-Progress::Progress(Log& log, bool quiet)
-    : log_(log), quiet_(quiet), terminal_(::isatty(STDERR_FILENO) == 1) {}
+Progress::Progress(bool quiet) : quiet_(quiet), terminal_(::isatty(STDERR_FILENO) == 1) {}
 
-Progress::~Progress() { stop(); }
+Progress::~Progress() { frames_end(); }
 
-void Progress::say(const std::string& line) {
-  log_.add(line);
+void Progress::message(const std::string& line) {
   if (quiet_) return;
   const std::lock_guard lock(mutex_);
   std::fprintf(stderr, "%s%s\n", terminal_ ? "\r\033[K" : "", line.c_str());
 }
 
-void Progress::start(int frames, double prior) {
+// Until the session has begun a signal takes them along; then it is asked to stop.
+void Progress::made_folders(const std::vector<std::filesystem::path>& folders) {
+  if (folders.empty()) stop_flag();
+  remove_when_interrupted(folders);
+}
+
+void Progress::frames_begin(int count, double seconds) {
   {
     const std::lock_guard lock(mutex_);
-    frames_ = frames;
+    frames_ = count;
     finished_ = 0;
-    prior_ = prior;
+    prior_ = seconds;
     started_ = last_finish_ = Clock::now();
     running_ = true;
   }
@@ -62,7 +68,7 @@ void Progress::start(int frames, double prior) {
   ticker_ = std::thread([this] { tick(); });
 }
 
-void Progress::stop() {
+void Progress::frames_end() {
   {
     const std::lock_guard lock(mutex_);
     if (!running_) return;
@@ -73,15 +79,15 @@ void Progress::stop() {
   if (!quiet_ && terminal_) std::fputs("\r\033[K", stderr);
 }
 
-void Progress::begin(Stage stage, int frame) {
+void Progress::stage_begins(Stage stage, int frame) {
   const std::lock_guard lock(mutex_);
-  frame_[stage] = frame;
+  frame_[static_cast<int>(stage)] = frame;
 }
 
-void Progress::end(Stage stage) {
+void Progress::stage_ends(Stage stage, int) {
   const std::lock_guard lock(mutex_);
-  frame_[stage] = -1;
-  if (stage != write) return;
+  frame_[static_cast<int>(stage)] = -1;
+  if (stage != Stage::write) return;
   ++finished_;
   const auto now = Clock::now();
   recent_.push_back(seconds(now - last_finish_));

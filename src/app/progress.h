@@ -11,24 +11,21 @@
 #include <string>
 #include <thread>
 
-#include "src/io/log.h"
+#include "src/session/observer.h"
 
 namespace firn {
 
-class Progress {
+class Progress : public Observer {
  public:
-  Progress(Log& log, bool quiet);
-  ~Progress();
+  explicit Progress(bool quiet);
+  ~Progress() override;
 
-  void say(const std::string& line);  // a line that stays, also in the log
-
-  // Shows how many of `frames` are finished; `prior` is the expected time of one, s.
-  void start(int frames, double prior);
-  void stop();
-
-  enum Stage { simulate, trace, write };
-  void begin(Stage stage, int frame);
-  void end(Stage stage);  // of `write`: one more frame is finished
+  void message(const std::string& line) override;  // a line that stays
+  void made_folders(const std::vector<std::filesystem::path>& folders) override;
+  void frames_begin(int count, double seconds) override;
+  void frames_end() override;
+  void stage_begins(Stage stage, int frame) override;
+  void stage_ends(Stage stage, int frame) override;
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -37,7 +34,6 @@ class Progress {
   void draw(bool periodic);
   void tick();
 
-  Log& log_;
   const bool quiet_;
   const bool terminal_;
   mutable std::mutex mutex_;

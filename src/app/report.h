@@ -27,8 +27,6 @@ std::string text(const char* format, Values... values) {
 
 void print_line(const std::string& name, const std::string& value);  // of a table of two columns
 
-std::string frame_list(const std::vector<int>& frames);  // ascending: "0, 3-5"
-std::string grouped(std::uint64_t number);               // 1234567 -> "1,234,567"
-std::string mebibytes(double bytes);                     // "12.3 MiB"
+std::string mebibytes(double bytes);  // "12.3 MiB"
 
 }  // namespace firn

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "src/app/commands.h"
-#include "src/app/new_run.h"
+#include "src/app/run_session.h"
 
 namespace firn {
 
-ExitCode run_command(const Options& options) { return run_scene(options, {}); }
+ExitCode run_command(const Options& options) {
+  return run_session(options, [&](Observer& observer) {
+    return start_session(read_scene(options.target, options.reading()), {}, options.session, observer);
+  });
+}
 
 }  // namespace firn

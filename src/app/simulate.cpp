@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "src/app/commands.h"
-#include "src/app/new_run.h"
+#include "src/app/run_session.h"
 
 namespace firn {
 
@@ -9,7 +9,9 @@ ExitCode simulate_command(const Options& options) {
   kind.pictures = false;
   kind.particles = true;
   kind.movie = false;
-  return run_scene(options, kind);
+  return run_session(options, [&](Observer& observer) {
+    return start_session(read_scene(options.target, options.reading()), kind, options.session, observer);
+  });
 }
 
 }  // namespace firn

@@ -18,7 +18,7 @@ namespace {
 constexpr int kMaxSide = 16384;  // samples; larger counts are taken for a damaged header
 
 [[noreturn]] void refuse(const std::string& path, const std::string& what) {
-  throw Error(ExitCode::io, path, what);
+  throw Error(ErrorCode::io, path, what);
 }
 
 void require_side(const std::string& path, double count) {
@@ -52,7 +52,7 @@ double pgm_sample(std::istream& in, bool text, bool wide) {
 HeightRaster read_pgm(std::istream& in, const std::string& path, bool text,
                       const std::optional<Vec3>& extent) {
   if (!extent) {
-    throw Error(ExitCode::usage, path,
+    throw Error(ErrorCode::usage, path,
                 "a PGM height field needs `extent` = [width, height range, depth] (m)");
   }
   const int columns = header_number(in, path), rows = header_number(in, path), most = header_number(in, path);

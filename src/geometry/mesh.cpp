@@ -55,7 +55,7 @@ using Edge = std::pair<int, int>;
 
 TriangleMesh::TriangleMesh(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles) {
   weld(vertices, triangles);
-  if (triangles_.empty()) throw Error(ExitCode::usage, "", "the mesh has no triangles");
+  if (triangles_.empty()) throw Error(ErrorCode::usage, "", "the mesh has no triangles");
   require_closed();
   for (const Triangle& t : triangles_) {
     volume_ += vertices_[t[0]].dot(vertices_[t[1]].cross(vertices_[t[2]])) / 6;
@@ -81,7 +81,7 @@ void TriangleMesh::weld(const std::vector<Vec3>& vertices, const std::vector<Tri
   for (const Triangle& t : triangles) {
     for (int v : t) {
       if (v < 0 || v >= static_cast<int>(vertices.size())) {
-        throw Error(ExitCode::usage, "",
+        throw Error(ErrorCode::usage, "",
                     "a face of the mesh names vertex " + std::to_string(v + 1) + " of " +
                         std::to_string(vertices.size()));
       }
@@ -104,7 +104,7 @@ void TriangleMesh::require_closed() const {
     if (count != 1 || reverse == edges.end() || reverse->second != 1) ++open;
   }
   if (open > 0) {
-    throw Error(ExitCode::usage, "",
+    throw Error(ErrorCode::usage, "",
                 "the mesh is not closed: " + std::to_string(open) + " of its " +
                     std::to_string(edges.size()) +
                     " edges are not shared by exactly two triangles of the same orientation");

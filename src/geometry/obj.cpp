@@ -63,7 +63,7 @@ void check_lines(std::string_view text, const std::string& path) {
     const std::string_view line = text.substr(begin, end - begin);
     const std::vector<std::string_view> words = words_of(line);
     const auto refuse = [&](std::string_view at, const std::string& what) {
-      throw Error(ExitCode::io,
+      throw Error(ErrorCode::io,
                   path + ":" + std::to_string(number) + ":" + std::to_string(at.data() - line.data() + 1),
                   what);
     };
@@ -84,7 +84,7 @@ void check_lines(std::string_view text, const std::string& path) {
 
 TriangleMesh load_obj(const std::string& path, double scale) {
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(path, ignored)) throw Error(ExitCode::io, path, "no such mesh file");
+  if (!std::filesystem::is_regular_file(path, ignored)) throw Error(ErrorCode::io, path, "no such mesh file");
   tinyobj::ObjReader reader;
   tinyobj::ObjReaderConfig config;
   config.triangulate = true;
@@ -93,13 +93,13 @@ TriangleMesh load_obj(const std::string& path, double scale) {
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   check_lines(text, path);
   if (!in || !reader.ParseFromString(text, "", config)) {
-    throw Error(ExitCode::io, path, "cannot be read as an OBJ mesh: " + first_line(reader.Error()));
+    throw Error(ErrorCode::io, path, "cannot be read as an OBJ mesh: " + first_line(reader.Error()));
   }
   std::vector<Vec3> vertices;
   const auto& coordinates = reader.GetAttrib().vertices;
   for (std::size_t i = 0; i + 2 < coordinates.size(); i += 3) {
     vertices.push_back(scale * Vec3(coordinates[i], coordinates[i + 1], coordinates[i + 2]));
-    if (!vertices.back().allFinite()) throw Error(ExitCode::io, path, "has a vertex at no finite place");
+    if (!vertices.back().allFinite()) throw Error(ErrorCode::io, path, "has a vertex at no finite place");
   }
   std::vector<Triangle> triangles;
   for (const auto& shape : reader.GetShapes()) {
@@ -109,7 +109,7 @@ TriangleMesh load_obj(const std::string& path, double scale) {
           {corners[i].vertex_index, corners[i + 1].vertex_index, corners[i + 2].vertex_index});
     }
   }
-  if (triangles.empty()) throw Error(ExitCode::io, path, "holds no faces");
+  if (triangles.empty()) throw Error(ErrorCode::io, path, "holds no faces");
   try {
     return TriangleMesh(vertices, triangles);
   } catch (const Error& error) {

@@ -36,7 +36,7 @@ class ByteReader {
     return value;
   }
   std::size_t left() const { return bytes_.size(); }
-  [[noreturn]] void fail(const std::string& what) const { throw Error(ExitCode::io, where_, what); }
+  [[noreturn]] void fail(const std::string& what) const { throw Error(ErrorCode::io, where_, what); }
 
  private:
   std::string_view bytes_;

@@ -74,7 +74,7 @@ std::string encode_exr(const Picture& picture) {
     }
     return image.encode(picture.height);
   } catch (const std::exception& error) {
-    throw Error(ExitCode::failed, "exr", error.what());
+    throw Error(ErrorCode::failed, "exr", error.what());
   }
 }
 
@@ -83,7 +83,7 @@ std::string encode_exr(const Picture& picture) {
 bool has_exr() { return false; }
 
 std::string encode_exr(const Picture&) {
-  throw Error(ExitCode::failed, "exr", "this firn was built without OpenEXR");
+  throw Error(ErrorCode::failed, "exr", "this firn was built without OpenEXR");
 }
 
 #endif

@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 [[noreturn]] void fail(const fs::path& path, const char* verb, int error) {
-  throw Error(ExitCode::io, path.string(), std::string("cannot ") + verb + ": " + std::strerror(error));
+  throw Error(ErrorCode::io, path.string(), std::string("cannot ") + verb + ": " + std::strerror(error));
 }
 
 // 0, or the errno of the first call that failed.
@@ -105,7 +105,7 @@ std::string read_file(const fs::path& path, std::size_t from) {
   if (file.number < 0 || ::fstat(file.number, &status) != 0) fail(path, "read", errno);
   if (S_ISDIR(status.st_mode)) fail(path, "read", EISDIR);
   if (!S_ISREG(status.st_mode)) {
-    throw Error(ExitCode::io, path.string(), "cannot read: it is a pipe or a device, not a file");
+    throw Error(ErrorCode::io, path.string(), "cannot read: it is a pipe or a device, not a file");
   }
   const std::size_t size = static_cast<std::size_t>(status.st_size);
   if (from > 0 && ::lseek(file.number, static_cast<off_t>(from), SEEK_SET) < 0) fail(path, "read", errno);
@@ -122,7 +122,7 @@ std::string read_standard_input(std::size_t most) {
   bytes.resize(read_all(STDIN_FILENO, bytes.data(), bytes.size()));
   if (errno != 0) fail("the standard input", "read", errno);
   if (bytes.size() > most) {
-    throw Error(ExitCode::io, "the standard input",
+    throw Error(ErrorCode::io, "the standard input",
                 "more than " + std::to_string(most >> 20) + " MiB are not read");
   }
   return bytes;

@@ -29,7 +29,7 @@ constexpr long kExpires = 120;  // s
 constexpr const char* kShared = "shared";
 
 [[noreturn]] void cannot_write(const fs::path& path, int error) {
-  throw Error(ExitCode::io, path.parent_path().string(),
+  throw Error(ErrorCode::io, path.parent_path().string(),
               std::string("cannot write into this folder: ") + std::strerror(error));
 }
 
@@ -69,7 +69,7 @@ Claim read_claim(int descriptor) {
   // Of several that share, the one that the claim names may have ended.
   const bool is_gone =
       claim.host == host_name() && ::kill(static_cast<pid_t>(claim.process), 0) != 0 && errno == ESRCH;
-  throw Error(ExitCode::io, where.string(),
+  throw Error(ErrorCode::io, where.string(),
               "this run is being written by " +
                   (is_gone ? "another process" : "process " + std::to_string(claim.process)) + " on " +
                   (claim.host.empty() ? "this machine" : claim.host) + hint);
@@ -103,7 +103,7 @@ int acquire(const fs::path& path, FileLock::Kind kind, Claim& other) {
     struct stat status {};
     if (::fstat(descriptor, &status) == 0 && !S_ISREG(status.st_mode)) {
       ::close(descriptor);
-      throw Error(ExitCode::io, path.string(), "cannot be locked: it is not a file");
+      throw Error(ErrorCode::io, path.string(), "cannot be locked: it is not a file");
     }
     const bool taken = is_taken(descriptor, kind);
     other = read_claim(descriptor);

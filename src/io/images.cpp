@@ -20,7 +20,7 @@ static_assert(std::endian::native == std::endian::little,
               "PFM and particle files are written as memory holds them");
 
 [[noreturn]] void fail(const std::filesystem::path& path, const std::string& what) {
-  throw Error(ExitCode::io, path.string(), what);
+  throw Error(ErrorCode::io, path.string(), what);
 }
 
 png_image png_header(const Image8& image) {
@@ -68,7 +68,7 @@ std::string encode_png(const Image8& image) {
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(header);
   std::string bytes(size, '\0');
   if (!png_image_write_to_memory(&header, bytes.data(), &size, 0, image.rgb.data(), 0, nullptr)) {
-    throw Error(ExitCode::failed, "png", header.message);
+    throw Error(ErrorCode::failed, "png", header.message);
   }
   bytes.resize(size);
   return bytes;
@@ -95,7 +95,7 @@ std::vector<PictureFile> encode_picture(const Picture& picture, const std::strin
   if (format == "png") return {{format, encode_png(develop(picture, development))}};
   if (format == "ppm") return {{format, encode_ppm(develop(picture, development))}};
   if (format != "pfm") {
-    throw Error(ExitCode::usage, "output.formats", "'" + format + "' is not one of png, ppm, pfm, exr");
+    throw Error(ErrorCode::usage, "output.formats", "'" + format + "' is not one of png, ppm, pfm, exr");
   }
   std::vector<PictureFile> files = {{format, encode_pfm(picture.width, picture.height, 3, picture.rgb)}};
   for (const LayerImage& l : picture.layers) {

@@ -13,11 +13,11 @@ namespace firn {
 void Log::open(const std::filesystem::path& path) {
   std::error_code ignored;
   if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored))
-    throw Error(ExitCode::io, path.string(), "cannot write the log: it is not a file");
+    throw Error(ErrorCode::io, path.string(), "cannot write the log: it is not a file");
   errno = 0;
   out_.open(path, std::ios::app);
   if (!out_)
-    throw Error(ExitCode::io, path.string(), std::string("cannot write the log: ") + std::strerror(errno));
+    throw Error(ErrorCode::io, path.string(), std::string("cannot write the log: ") + std::strerror(errno));
 }
 
 void Log::add(const std::string& line) {

@@ -177,9 +177,9 @@ void read_fields(const std::string& where, const std::string& what, F&& read) {
   try {
     read();
   } catch (const nlohmann::json::exception& error) {
-    throw Error(ExitCode::io, where, what + ": " + error.what());
+    throw Error(ErrorCode::io, where, what + ": " + error.what());
   } catch (const std::out_of_range& error) {
-    throw Error(ExitCode::io, where, what + ": " + error.what());
+    throw Error(ErrorCode::io, where, what + ": " + error.what());
   }
 }
 
@@ -209,13 +209,13 @@ void check_hash(const std::string& text, const std::string& where) {
   const std::size_t at = text.rfind(kHashKey);
   if (at == std::string::npos ||
       text.compare(at + kHashKey.size(), 16, hash_in_hex(std::string_view(text).substr(0, at))) != 0)
-    throw Error(ExitCode::io, where, "damaged manifest: it is not as firn wrote it");
+    throw Error(ErrorCode::io, where, "damaged manifest: it is not as firn wrote it");
 }
 
 // What no writer of a manifest leaves behind.
 void check(const Manifest& m, const std::string& where) {
   const auto fail = [&](const std::string& what) {
-    throw Error(ExitCode::io, where, "damaged manifest: " + what);
+    throw Error(ErrorCode::io, where, "damaged manifest: " + what);
   };
   if (m.first < 0 || m.last < m.first || m.last > kMostFrames)
     fail("its frames are " + std::to_string(m.first) + "-" + std::to_string(m.last));

@@ -76,7 +76,7 @@ void MetricsCsv::add(int frame, const Metrics& metrics) {
     out_.open(path_, std::ios::app);
   }
   out_ << row_of(frame, metrics) << std::flush;
-  if (!out_) throw Error(ExitCode::io, path_.string(), "cannot write: is the disk full?");
+  if (!out_) throw Error(ErrorCode::io, path_.string(), "cannot write: is the disk full?");
 }
 
 }  // namespace firn

@@ -80,14 +80,19 @@ fs::path make_mp4(const MovieJob& job, const std::atomic<bool>& stop) {
   // From a terminal Ctrl-C reaches ffmpeg too.
   if (stop) {
     fs::remove(unfinished, error);
-    throw Error(ExitCode::interrupted, movie.string(), "interrupted before the movie was made");
+    throw Error(ErrorCode::interrupted, movie.string(), "interrupted before the movie was made");
   }
   if (!WIFEXITED(outcome.status) || WEXITSTATUS(outcome.status) != 0) {
     fs::remove(unfinished, error);
-    throw Error(ExitCode::io, movie.string(), "ffmpeg failed: " + last_line(outcome.said));
+    throw Error(ErrorCode::io, movie.string(), "ffmpeg failed: " + last_line(outcome.said));
+  }
+  if (fs::file_size(unfinished, error) == 0 || error) {
+    fs::remove(unfinished, error);
+    throw Error(ErrorCode::io, movie.string(),
+                "ffmpeg ended as if all were well, but made no movie: " + last_line(outcome.said));
   }
   fs::rename(unfinished, movie, error);
-  if (error) throw Error(ExitCode::io, movie.string(), "cannot write: " + error.message());
+  if (error) throw Error(ErrorCode::io, movie.string(), "cannot write: " + error.message());
   return movie;
 }
 

@@ -10,6 +10,7 @@
 
 #include <cerrno>
 #include <cstdlib>
+#include <cstring>
 #include <sstream>
 
 extern char** environ;
@@ -82,7 +83,11 @@ Outcome run_program(std::vector<std::string> words, const std::atomic<bool>& sto
   posix_spawn_file_actions_destroy(&actions);
   ::close(ends[1]);
   Outcome outcome;
-  if (failed == 0) outcome = follow(ends[0], child, stop);
+  if (failed == 0) {
+    outcome = follow(ends[0], child, stop);
+  } else {
+    outcome.said = std::strerror(failed);
+  }
   ::close(ends[0]);
   return outcome;
 }

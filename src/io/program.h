@@ -12,7 +12,7 @@ namespace firn {
 
 struct Outcome {
   int status = -1;   // as of waitpid; -1 if it could not be started
-  std::string said;  // stdout and stderr, the last part
+  std::string said;  // stdout and stderr, the last part; why it could not be started
 };
 
 // Runs the words to their end, or ends the program when `stop` is set; nothing on stdin.

@@ -31,7 +31,7 @@ constexpr int kTries = 20;  // to share with a process that is about to do so to
 constexpr auto kPause = std::chrono::milliseconds(100);
 
 [[noreturn]] void fail(const fs::path& path, const std::string& reason) {
-  throw Error(ExitCode::io, path.string(), "cannot write into this folder: " + reason);
+  throw Error(ErrorCode::io, path.string(), "cannot write into this folder: " + reason);
 }
 
 bool present(const fs::path& path) {
@@ -117,9 +117,9 @@ void refuse_foreign_files(const fs::path& folder, bool overwrite) {
       fail(folder / "run.json", std::strerror(errno));
     if (overwrite && is_manifest(folder / "run.json")) return;
     if (overwrite)
-      throw Error(ExitCode::usage, name,
+      throw Error(ErrorCode::usage, name,
                   "the run.json in this folder is not of a run of firn; give another --out");
-    throw Error(ExitCode::usage, name,
+    throw Error(ErrorCode::usage, name,
                 "this folder holds a run; continue it with '" +
                     shell_line({"firn", "resume", as_operand(name)}) +
                     "', replace it with --overwrite, or give another --out");
@@ -127,7 +127,7 @@ void refuse_foreign_files(const fs::path& folder, bool overwrite) {
   for (const char* own : kOwnNames) {
     if (present(folder / own)) {
       throw Error(
-          ExitCode::usage, name,
+          ErrorCode::usage, name,
           std::string("this folder has a '") + own + "' that no run of firn made; give another --out");
     }
   }
@@ -160,7 +160,7 @@ RunFolder RunFolder::open(const fs::path& path) {
   folder.opened_ = true;
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  const auto refuse = [&](const std::string& what) { throw Error(ExitCode::io, path.string(), what); };
+  const auto refuse = [&](const std::string& what) { throw Error(ErrorCode::io, path.string(), what); };
   if (status.type() == fs::file_type::not_found) refuse("no such folder");
   if (error) refuse(error.message());
   if (status.type() != fs::file_type::directory) refuse("it is not a folder, as a run is");
@@ -242,7 +242,7 @@ void RunFolder::require_outside(const fs::path& file) const {
   if (within.empty() || *within.begin() == "..") return;
   if (std::find(std::begin(kOwnNames), std::end(kOwnNames), within.begin()->string()) == std::end(kOwnNames))
     return;
-  throw Error(ExitCode::usage, file.string(),
+  throw Error(ErrorCode::usage, file.string(),
               "the scene reads this file, which --overwrite would remove: move it");
 }
 
@@ -259,7 +259,7 @@ void RunFolder::begin() {
 
 void RunFolder::require_lock() const {
   if (lock_ && lock_->is_held()) return;
-  throw Error(ExitCode::io, path_.string(),
+  throw Error(ErrorCode::io, path_.string(),
               "this folder was moved or removed, or another process has taken the run over");
 }
 

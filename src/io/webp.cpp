@@ -49,13 +49,14 @@ std::string encode_webp(const Image8& image, const fs::path& where) {
   WebPPictureFree(&picture);
   WebPMemoryWriterClear(&writer);
   if (!encoded)
-    throw Error(ExitCode::failed, where.string(), "libwebp cannot encode it, error " + std::to_string(error));
+    throw Error(ErrorCode::failed, where.string(),
+                "libwebp cannot encode it, error " + std::to_string(error));
   return bytes;
 }
 
 void check(WebPMuxError error, const fs::path& movie) {
   if (error != WEBP_MUX_OK) {
-    throw Error(ExitCode::failed, movie.string(),
+    throw Error(ErrorCode::failed, movie.string(),
                 "libwebp cannot put the movie together, error " + std::to_string(error));
   }
 }
@@ -70,7 +71,7 @@ fs::path make_webp(const MovieJob& job, const std::atomic<bool>& stop) {
     const fs::path path = frame_path(job, job.first + static_cast<int>(i));
     encoded[i] = encode_webp(read_image8(path), path);
   });
-  if (stop) throw Error(ExitCode::interrupted, movie.string(), "interrupted before the movie was made");
+  if (stop) throw Error(ErrorCode::interrupted, movie.string(), "interrupted before the movie was made");
 
   const std::unique_ptr<WebPMux, MuxDelete> mux(WebPMuxNew());
   const auto milliseconds = [&](std::size_t i) {

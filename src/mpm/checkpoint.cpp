@@ -24,7 +24,7 @@ void write(std::ostream& out, const T* values, std::size_t count) {
 template <class T>
 void read(std::istream& in, T* values, std::size_t count) {
   in.read(reinterpret_cast<char*>(values), static_cast<std::streamsize>(count * sizeof(T)));
-  if (!in) throw Error(ExitCode::io, "", "the saved simulation ends too early");
+  if (!in) throw Error(ErrorCode::io, "", "the saved simulation ends too early");
 }
 
 // What must be the same for a saved state to continue as it would have.
@@ -113,11 +113,11 @@ void Simulation::load(std::istream& in) {
   std::uint64_t print = 0, cause_length = 0;
   read(in, magic, sizeof magic);
   if (std::memcmp(magic, kMagic, sizeof magic) != 0) {
-    throw Error(ExitCode::io, "", "this is not a saved simulation of this version of firn");
+    throw Error(ErrorCode::io, "", "this is not a saved simulation of this version of firn");
   }
   read(in, &print, 1);
   if (print != fingerprint(s)) {
-    throw Error(ExitCode::io, "",
+    throw Error(ErrorCode::io, "",
                 "the saved simulation is of another scene: dx, dt, gravity, materials, colliders, their "
                 "motion or sleep differ");
   }
@@ -125,7 +125,7 @@ void Simulation::load(std::istream& in) {
   read(in, &c, 1);
   read(in, &cause_length, 1);
   if (c.particles > s.particles.size() + s.left || c.blocks > c.particles || cause_length > 4096) {
-    throw Error(ExitCode::io, "", "the saved simulation does not fit this scene's number of particles");
+    throw Error(ErrorCode::io, "", "the saved simulation does not fit this scene's number of particles");
   }
   std::string cause(cause_length, ' ');
   read(in, cause.data(), cause_length);
@@ -141,12 +141,12 @@ void Simulation::load(std::istream& in) {
   read(in, blocks.begin.data(), c.blocks + 1);
   read(in, blocks.calm.data(), c.blocks);
   for (const BlockCoord& b : blocks.coord) blocks.key.push_back(block_key(b));
-  if (!consistent(blocks, c.particles)) throw Error(ExitCode::io, "", "the saved simulation is damaged");
+  if (!consistent(blocks, c.particles)) throw Error(ErrorCode::io, "", "the saved simulation is damaged");
   ParticleColumns particles;
   particles.allocate(c.particles);
   for (std::size_t k = 0; k < kColumns; ++k) read(in, particles.column(k), c.particles);
   if (!within_reach(particles, c.summary.strayed, s.materials.size())) {
-    throw Error(ExitCode::io, "", "the saved simulation is damaged: a particle lies beyond its block");
+    throw Error(ErrorCode::io, "", "the saved simulation is damaged: a particle lies beyond its block");
   }
 
   s.particles = std::move(particles);

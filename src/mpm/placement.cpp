@@ -177,15 +177,15 @@ void check_placed(const std::vector<PlacedSnow>& snow) {
     count += s.position.size();
     for (std::size_t i = 0; i < s.position.size(); ++i) {
       if (s.position[i].allFinite() && s.velocity[i].allFinite()) continue;
-      throw Error(ExitCode::usage, "",
+      throw Error(ErrorCode::usage, "",
                   "a particle of snow '" + s.name + "' has a position or velocity that is not finite");
     }
   }
-  if (count == 0) throw Error(ExitCode::usage, "", "there is no snow: not one particle was placed");
+  if (count == 0) throw Error(ErrorCode::usage, "", "there is no snow: not one particle was placed");
   if (count >= UINT32_MAX)
-    throw Error(ExitCode::usage, "", "more than 4,294,967,294 particles: choose a larger dx");
+    throw Error(ErrorCode::usage, "", "more than 4,294,967,294 particles: choose a larger dx");
   if (snow.size() > UINT16_MAX + std::size_t{1})  // Snapshot::object
-    throw Error(ExitCode::usage, "", "more than 65,536 snow objects");
+    throw Error(ErrorCode::usage, "", "more than 65,536 snow objects");
 }
 
 }  // namespace

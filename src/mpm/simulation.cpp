@@ -37,7 +37,7 @@ bool Simulation::advance_to(double time, const std::atomic<bool>& stop) {
 }
 
 void Simulation::step(double dt) {
-  if (!(dt > 0)) throw Error(ExitCode::usage, "", "a step needs dt > 0");
+  if (!(dt > 0)) throw Error(ErrorCode::usage, "", "a step needs dt > 0");
   state_->forces.begin_if_complete(state_->time);
   state_->checked_step(dt);
   state_->forces.complete = true;

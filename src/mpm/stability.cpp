@@ -85,7 +85,7 @@ void Simulation::State::check_stability(double dt) const {
   std::snprintf(text, sizeof text, "unstable at step %llu, t = %.6g s: particle %u%s%s %s; likely cause: %s",
                 static_cast<unsigned long long>(steps), time, culprit.id, name.empty() ? "" : " of ",
                 name.c_str(), trouble, likely_cause(*this, dt).c_str());
-  throw Error(ExitCode::unstable, "", text);
+  throw Error(ErrorCode::unstable, "", text);
 }
 
 }  // namespace firn

@@ -128,7 +128,7 @@ std::vector<std::uint32_t> place_in_blocks(std::size_t count,
       std::snprintf(text, sizeof text,
                     "snow lies more than %.3g m from the origin, the end of the grid at dx = %.3g m",
                     4 * dx * (kBlockReach - 1), dx);
-      throw Error(ExitCode::usage, "", text);
+      throw Error(ErrorCode::usage, "", text);
     }
     blocks.key.push_back(key);
     blocks.coord.push_back(coord);
@@ -147,7 +147,7 @@ void BlockSorter::group_by_destination(ParticleColumns& particles, const Particl
   parallel_for(blocks.size(), 4, [&](std::size_t b) {
     const std::size_t begin = blocks.begin[b], end = blocks.begin[b + 1], count = end - begin;
     if (count > kMostInBlock) {
-      throw Error(ExitCode::unstable, "",
+      throw Error(ErrorCode::unstable, "",
                   std::to_string(count) + " particles share one block of 4x4x4 cells");
     }
     thread_local std::vector<std::uint32_t> destination;
@@ -186,7 +186,7 @@ void BlockSorter::cut_new_blocks(ParticleBlocks& blocks) {
   parallel_sort(flows_.begin(), flows_.end(),
                 [](const Flow& a, const Flow& b) { return a.to != b.to ? a.to < b.to : a.first < b.first; });
   if (!flows_.empty() && flows_.back().to == ~BlockKey{0}) {
-    throw Error(ExitCode::unstable, "",
+    throw Error(ErrorCode::unstable, "",
                 "snow has travelled to the end of the grid, " + std::to_string(4 * kBlockReach) +
                     " cells from the origin: give the scene a domain or a floor");
   }

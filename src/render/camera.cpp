@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
-[[noreturn]] void refuse(const char* where, const char* what) { throw Error(ExitCode::usage, where, what); }
+[[noreturn]] void refuse(const char* where, const char* what) { throw Error(ErrorCode::usage, where, what); }
 
 void check_sight(const Vec3& position, const Vec3& target, const Vec3& up) {
   const Vec3 view = target - position;

@@ -57,7 +57,7 @@ struct Renderer::State {
         layers(setup.snow, setup.image.ice),
         ambient(lights) {
     if (preview() && !setup.media.empty()) {
-      throw Error(ExitCode::usage, "image",
+      throw Error(ErrorCode::usage, "image",
                   "integrator 'preview' does not see media: take 'path' or 'bidirectional'");
     }
   }

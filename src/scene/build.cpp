@@ -49,7 +49,7 @@ PlacedSnow place(const SceneConfig& scene, std::size_t index, const std::vector<
     total += *volume(shapes[s]);
   }
   if (snow.position.empty()) {
-    throw Error(ExitCode::usage, place_of(scene, table_of("snow", index)),
+    throw Error(ErrorCode::usage, place_of(scene, table_of("snow", index)),
                 "empty snow: no particle fits into '" + config.name +
                     "'; its shape is smaller than the particle spacing");
   }
@@ -91,7 +91,7 @@ void check_domain(const SceneConfig& scene, const SimulationSetup& setup) {
     const auto& positions = setup.snow[i].position;
     if (std::any_of(positions.begin(), positions.end(),
                     [&](const Vec3& p) { return signed_distance(*setup.domain, p) > 0; })) {
-      throw Error(ExitCode::usage, place_of(scene, table_of("snow", i), "center"),
+      throw Error(ErrorCode::usage, place_of(scene, table_of("snow", i), "center"),
                   "snow '" + scene.snow[i].name + "' starts outside the domain box");
     }
   }
@@ -100,7 +100,7 @@ void check_domain(const SceneConfig& scene, const SimulationSetup& setup) {
 void check_waves(const SceneConfig& scene, double dx) {
   for (std::size_t i = 0; i < scene.snow.size(); ++i) {
     if (stable_dt(scene.snow[i].material, dx) > 0) continue;
-    throw Error(ExitCode::usage, place_of(scene, table_of("snow", i)),
+    throw Error(ErrorCode::usage, place_of(scene, table_of("snow", i)),
                 "elastic waves in snow '" + scene.snow[i].name +
                     "' have no finite speed, so no time step is short enough: its stiffness is out of "
                     "proportion to its density");
@@ -118,7 +118,7 @@ void check_fixed_dt(const SceneConfig& scene, double dx) {
   char text[160];
   std::snprintf(text, sizeof text, "dt = %.3g s is above the stable bound %.3g s of snow '",
                 *scene.simulation.dt, bound);
-  throw Error(ExitCode::usage, place_of(scene, "simulation", "dt"),
+  throw Error(ErrorCode::usage, place_of(scene, "simulation", "dt"),
               text + name + "'; leave it to dt = \"auto\", or insist with --force");
 }
 
@@ -137,8 +137,8 @@ void check_count(const SceneConfig& scene, const std::vector<std::vector<Shape>>
                 "GiB: take a larger dx, or fewer "
                 "particles across",
                 dx, count, needed / kBytesPerGibibyte, there / kBytesPerGibibyte);
-  throw Error(ExitCode::usage, place_of(scene, "simulation", scene.simulation.dx ? "dx" : "particles_across"),
-              text);
+  throw Error(ErrorCode::usage,
+              place_of(scene, "simulation", scene.simulation.dx ? "dx" : "particles_across"), text);
 }
 
 }  // namespace

@@ -77,7 +77,7 @@ void check_pixels(const SceneConfig& scene) {
   char text[160];
   std::snprintf(text, sizeof text, "%d x %d pixels need more than %.3g GiB; this machine has %.3g GiB",
                 scene.image.width, scene.image.height, needed / kBytesPerGibibyte, there / kBytesPerGibibyte);
-  throw Error(ExitCode::usage, place_of(scene, "image", "width"), text);
+  throw Error(ErrorCode::usage, place_of(scene, "image", "width"), text);
 }
 
 void add_surfaces(const SceneConfig& scene, RenderSetup& setup) {

@@ -32,7 +32,7 @@ ImageTexture load(const std::string& file) {
   ImageTexture texture = linear(read_pfm(file));
   const auto fine = [](const Vec3f& rgb) { return rgb.allFinite() && rgb.minCoeff() >= 0; };
   if (!std::all_of(texture.rgb.begin(), texture.rgb.end(), fine))
-    throw Error(ExitCode::usage, file, "a value is negative or not finite");
+    throw Error(ErrorCode::usage, file, "a value is negative or not finite");
   return texture;
 }
 

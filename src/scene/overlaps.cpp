@@ -114,7 +114,7 @@ void trim(const SceneConfig& scene, PlacedSnow& snow, int index, const std::vect
   erase_marked(snow.velocity, gone);
   erase_marked(snow.position, gone);
   if (snow.position.empty())
-    throw Error(ExitCode::usage, place_of(scene, table_of("snow", index), "trim"),
+    throw Error(ErrorCode::usage, place_of(scene, table_of("snow", index), "trim"),
                 "all of snow '" + snow.name + "' lies inside other bodies: 'trim' leaves nothing of it");
 }
 
@@ -153,7 +153,7 @@ void settle_overlaps(const SceneConfig& scene, SimulationSetup& setup,
   if (found.size() > kMostNamed)
     text += std::string(found.size() > kMostCounted ? ", and at least " : ", and ") +
             std::to_string(found.size() - kMostNamed) + " more";
-  throw Error(ExitCode::usage, where,
+  throw Error(ErrorCode::usage, where,
               text + "; move it, set trim = true to leave out what lies inside, or set allow_overlap = true");
 }
 

@@ -20,7 +20,7 @@ struct Change {
 };
 
 [[noreturn]] void refuse(const Change& change, const std::string& what) {
-  throw Error(ExitCode::usage, change.where, what);
+  throw Error(ErrorCode::usage, change.where, what);
 }
 
 std::vector<std::string> split(const std::string& path) {
@@ -142,7 +142,7 @@ void apply_quick(RawTable& root) {
   const RawValue* quick = root.find("quick");
   if (!quick) return;
   if (!quick->table())
-    throw Error(ExitCode::usage, quick->where, "'quick' is a table: write [quick.image] and so on");
+    throw Error(ErrorCode::usage, quick->where, "'quick' is a table: write [quick.image] and so on");
   std::vector<Change> changes;
   collect(*quick->table(), {}, changes);
   // What is said of one record by its name beats what is said of all.

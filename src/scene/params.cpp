@@ -123,7 +123,7 @@ void print_params(std::ostream& out, const std::string& word) {
            lower_case(key.notes.meaning).find(lower_case(word)) != std::string::npos;
   };
   if (print_keys(out, begins) || print_keys(out, tells)) return;
-  throw Error(ExitCode::usage, "",
+  throw Error(ErrorCode::usage, "",
               "no key of a scene has '" + word + "' in its name or meaning" + suggestion(word, all_names()));
 }
 

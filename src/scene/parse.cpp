@@ -22,7 +22,7 @@ constexpr double kSmallest = 1e-15, kLargest = 1e15;
 constexpr double kLongest = 1e11;  // m; the volume of a particle is a normal float too
 
 [[noreturn]] void refuse(const std::string& where, const std::string& what) {
-  throw Error(ExitCode::usage, where, what);
+  throw Error(ErrorCode::usage, where, what);
 }
 
 std::string unit_words(const KeySpec& key) {

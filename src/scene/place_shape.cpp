@@ -75,7 +75,7 @@ std::vector<Shape> scatter_flakes(const SceneConfig& scene, std::size_t index, d
     Vec3 p;
     do {
       if (tries == kTries) {
-        throw Error(ExitCode::usage, place_of(scene, table_of("snow", index), "count"),
+        throw Error(ErrorCode::usage, place_of(scene, table_of("snow", index), "count"),
                     "only " + std::to_string(i) + " of " + std::to_string(config.count) +
                         " flakes fit into the region");
       }

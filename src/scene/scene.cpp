@@ -70,7 +70,7 @@ void derive_moduli(SnowConfig& snow) {
 void apply_overrides(RawTable& root, const std::string& file, const ReadOptions& options) {
   if (options.quick) {
     if (!root.find("quick"))
-      throw Error(ExitCode::usage, file, "the scene has no [quick] table, and so no quick size");
+      throw Error(ErrorCode::usage, file, "the scene has no [quick] table, and so no quick size");
     apply_quick(root);
   }
   for (const SceneOverride& change : options.overrides) apply_override(root, change);
@@ -108,13 +108,13 @@ SceneConfig read_scene(const std::string& file, const ReadOptions& options) {
   std::error_code unknown;  // and then reading says why
   if (std::filesystem::is_directory(file, unknown)) {
     const bool is_run = std::filesystem::exists(file + "/run.json", unknown);
-    throw Error(ExitCode::io, file,
+    throw Error(ErrorCode::io, file,
                 is_run ? "this is the folder of a run, not a scene file; its scene is " + file +
                              "/scene.resolved.toml"
                        : "this is a folder, not a scene file");
   }
   if (std::filesystem::file_size(file, unknown) > kMostBytes && !unknown) {
-    throw Error(ExitCode::io, file,
+    throw Error(ErrorCode::io, file,
                 "larger than " + std::to_string(kMostBytes >> 20) + " MiB: this is no scene file");
   }
   return read_scene_text(read_file(file), file, options);

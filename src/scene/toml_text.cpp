@@ -127,27 +127,27 @@ std::string describe(const RawValue& raw) {
 
 RawTable parse_toml(std::string_view text, const std::string& file) {
   if (const auto deep = find_deep_nesting(text, kMostLevels)) {
-    throw Error(ExitCode::usage, file + ":" + std::to_string(deep->line) + ":" + std::to_string(deep->column),
-                kTooDeep);
+    throw Error(ErrorCode::usage,
+                file + ":" + std::to_string(deep->line) + ":" + std::to_string(deep->column), kTooDeep);
   }
   try {
     return convert_table(toml::parse(text, std::string_view(file)), file);
   } catch (const toml::parse_error& error) {
-    throw Error(ExitCode::usage, place(file, error.source()), join_lines(std::string(error.description())));
+    throw Error(ErrorCode::usage, place(file, error.source()), join_lines(std::string(error.description())));
   }
 }
 
 RawValue parse_toml_value(const std::string& text, const std::string& where) {
   RawValue result{text, where};
-  if (find_deep_nesting(text, kMostLevels)) throw Error(ExitCode::usage, where, kTooDeep);
+  if (find_deep_nesting(text, kMostLevels)) throw Error(ErrorCode::usage, where, kTooDeep);
   try {
     const std::string line = "value = " + text;
     const toml::table table = toml::parse(std::string_view(line));
-    if (table.size() != 1) throw Error(ExitCode::usage, where, "expected one value, got '" + text + "'");
+    if (table.size() != 1) throw Error(ErrorCode::usage, where, "expected one value, got '" + text + "'");
     result = convert(*table.get("value"), where);
   } catch (const toml::parse_error& error) {
     if (!is_bare_word(text) || is_whole_number(text)) {
-      throw Error(ExitCode::usage, where,
+      throw Error(ErrorCode::usage, where,
                   "'" + text + "' is not a TOML value: " + join_lines(std::string(error.description())));
     }
   }

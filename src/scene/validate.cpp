@@ -23,7 +23,7 @@ struct Checker {
     return scene.places.count(table.empty() ? key : table + "." + key) > 0;
   }
   [[noreturn]] void refuse(const std::string& table, const std::string& key, const std::string& what) const {
-    throw Error(ExitCode::usage, place_of(scene, table, key), what);
+    throw Error(ErrorCode::usage, place_of(scene, table, key), what);
   }
   void require_direction(const Vec3& direction, const std::string& table, const std::string& key) const {
     if (!(direction.norm() > 0)) refuse(table, key, "'" + key + "' is zero and points nowhere");
@@ -131,14 +131,14 @@ struct Checker {
     if (!path) return;
     if (std::filesystem::is_regular_file(*path, ignored)) {
       if (std::filesystem::file_size(*path, ignored) < machine_memory()) return;
-      throw Error(ExitCode::io, place_of(scene, table, key),
+      throw Error(ErrorCode::io, place_of(scene, table, key),
                   "this file is larger than the memory of the machine: " + *path);
     }
     if (path->empty()) refuse(table, key, "'" + key + "' names no file");
     const char* what = std::filesystem::is_directory(*path, ignored) ? "this is a folder, not a file: "
                        : std::filesystem::exists(*path, ignored) ? "this is a pipe or a device, not a file: "
                                                                  : "no such file: ";
-    throw Error(ExitCode::io, place_of(scene, table, key), what + *path);
+    throw Error(ErrorCode::io, place_of(scene, table, key), what + *path);
   }
 
   template <class Solid>

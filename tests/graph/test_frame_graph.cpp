@@ -125,7 +125,7 @@ TEST_CASE("An exception of the simulation comes out after all earlier frames are
   std::vector<int> written;
   FrameStages stages = sleeping_stages(1, 10, 1);
   stages.simulate = [](int f, FrameSlot&) {
-    if (f == 4) throw Error(ExitCode::unstable, "", "blew up");
+    if (f == 4) throw Error(ErrorCode::unstable, "", "blew up");
     return true;
   };
   stages.write = [&](int f, FrameSlot&) { return written.push_back(f), true; };
@@ -134,7 +134,7 @@ TEST_CASE("An exception of the simulation comes out after all earlier frames are
     run_frames(stages, {frame_range(0, 20), 3, 2}, stop);
     FAIL("no exception");
   } catch (const Error& error) {
-    CHECK(error.code() == ExitCode::unstable);
+    CHECK(error.code() == ErrorCode::unstable);
   }
   CHECK(written == std::vector<int>{0, 1, 2, 3});
 }

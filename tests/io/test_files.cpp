@@ -110,7 +110,7 @@ TEST_CASE("On a full disk the old file stays, nothing half-written remains and t
       write_file(scratch / "x", std::string(5000, 'n'));
       FAIL("no error");
     } catch (const Error& error) {
-      CHECK(error.code() == ExitCode::io);
+      CHECK(error.code() == ErrorCode::io);
       CHECK(error.where() == (scratch / "x").string());
     }
   }
@@ -184,7 +184,7 @@ TEST_CASE("A manifest whose frames are no frames of its run, or whose scene was 
       Records(manifest).read();
       return true;
     } catch (const Error& error) {
-      CHECK(error.code() == ExitCode::io);
+      CHECK(error.code() == ErrorCode::io);
       CHECK_THAT(error.what(), contains("damaged manifest"));
       return false;
     }

@@ -142,7 +142,7 @@ TEST_CASE(
     make_mp4(write_frames(scratch, 0, 1), stop);
     FAIL_CHECK("a movie was made");
   } catch (const Error& error) {
-    CHECK(error.code() == ExitCode::interrupted);
+    CHECK(error.code() == ErrorCode::interrupted);
   }
   interrupt.join();
   CHECK(std::chrono::steady_clock::now() - begin < std::chrono::seconds(15));

@@ -48,14 +48,14 @@ std::vector<std::string> entries_of(const std::string& folder) {
   return names;
 }
 
-ExitCode refusal(const std::string& path, bool overwrite, const std::string& message) {
+ErrorCode refusal(const std::string& path, bool overwrite, const std::string& message) {
   try {
     RunFolder::take("x", path, overwrite);
   } catch (const Error& error) {
     CHECK_THAT(error.what(), contains(message));
     return error.code();
   }
-  return ExitCode::ok;
+  return ErrorCode::failed;
 }
 
 }  // namespace
@@ -74,8 +74,8 @@ TEST_CASE("Without --out every run gets a free folder of its own") {
 TEST_CASE("A folder that holds a run is refused, naming resume and --overwrite") {
   Inside inside;
   make_run("a");
-  CHECK(refusal("a", false, "firn resume a") == ExitCode::usage);
-  CHECK(refusal("a", false, "--overwrite") == ExitCode::usage);
+  CHECK(refusal("a", false, "firn resume a") == ErrorCode::usage);
+  CHECK(refusal("a", false, "--overwrite") == ErrorCode::usage);
   CHECK(fs::exists("a/frames/0000.png"));
 }
 
@@ -94,20 +94,20 @@ TEST_CASE("--overwrite removes the files of the run and no others, and only when
 TEST_CASE("Files that no run made are never taken for a run's") {
   Inside inside;
   fs::create_directories("a/frames");
-  CHECK(refusal("a", false, "'frames'") == ExitCode::usage);
-  CHECK(refusal("a", true, "'frames'") == ExitCode::usage);
+  CHECK(refusal("a", false, "'frames'") == ErrorCode::usage);
+  CHECK(refusal("a", true, "'frames'") == ErrorCode::usage);
 }
 
 TEST_CASE("A folder that cannot be written is an io Error that names it, before anything is made") {
   Inside inside;
   write_file("file", "");
-  CHECK(refusal("file", false, "it is not a folder") == ExitCode::io);
-  CHECK(refusal("file/deeper/out", false, "file/deeper") == ExitCode::io);
-  CHECK(refusal("/proc/firn/out", false, "/proc/firn") == ExitCode::io);
+  CHECK(refusal("file", false, "it is not a folder") == ErrorCode::io);
+  CHECK(refusal("file/deeper/out", false, "file/deeper") == ErrorCode::io);
+  CHECK(refusal("/proc/firn/out", false, "/proc/firn") == ErrorCode::io);
   if (::geteuid() != 0) {
     fs::create_directory("locked");
     fs::permissions("locked", fs::perms::owner_read | fs::perms::owner_exec);
-    CHECK(refusal("locked", false, "ermission denied") == ExitCode::io);
+    CHECK(refusal("locked", false, "ermission denied") == ErrorCode::io);
   }
 }
 
@@ -196,7 +196,7 @@ TEST_CASE("A run.json that is none of firn's is not overwritten, nor is anything
   fs::create_directories("a/frames");
   write_file("a/run.json", "{\"mine\": 1}");
   write_file("a/frames/thesis.txt", "precious");
-  CHECK(refusal("a", true, "not of a run of firn") == ExitCode::usage);
+  CHECK(refusal("a", true, "not of a run of firn") == ErrorCode::usage);
   CHECK(read_file("a/frames/thesis.txt") == "precious");
 }
 

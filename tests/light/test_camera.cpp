@@ -141,7 +141,7 @@ TEST_CASE("a camera that cannot see is a usage Error") {
     try {
       CameraRays rays(camera, image);
     } catch (const Error& error) {
-      return error.code() == ExitCode::usage;
+      return error.code() == ErrorCode::usage;
     }
     return false;
   };

@@ -44,7 +44,7 @@ void check_usage_error(RenderSetup setup) {
     Renderer renderer(*supported_kernels().front(), std::move(setup));
     FAIL("no error");
   } catch (const Error& error) {
-    CHECK(error.code() == ExitCode::usage);
+    CHECK(error.code() == ErrorCode::usage);
   }
 }
 

@@ -14,7 +14,8 @@ BELOW = {
     "scene": ["core", "geometry", "particles", "mpm", "render", "io"],
     "io": ["core", "geometry", "particles", "mpm", "render"],
     "graph": ["core", "geometry", "particles", "mpm", "render", "scene", "io"],
-    "app": ["core", "geometry", "particles", "mpm", "render", "scene", "io", "graph"],
+    "session": ["core", "geometry", "particles", "mpm", "render", "scene", "io", "graph"],
+    "app": ["core", "geometry", "particles", "mpm", "render", "scene", "io", "graph", "session"],
 }
 KERNEL_SYSTEM_HEADERS = {"bit", "cmath", "cstddef", "cstdint", "cstring", "immintrin.h", "limits", "type_traits"}
 ONE_FILE_LIBRARIES = ["toml++/", "CLI/", "nlohmann/", "tiny_obj_loader.h", "png.h", "xxhash.h", "webp/"]

@@ -20,7 +20,7 @@ SimulationSetup one_ball(double dx, const Vec3& velocity) {
   return setup;
 }
 
-std::string message_of(const std::function<void()>& action, ExitCode code) {
+std::string message_of(const std::function<void()>& action, ErrorCode code) {
   try {
     action();
   } catch (const Error& error) {
@@ -100,7 +100,7 @@ TEST_CASE("a fixed dt that is far too long stops with step, particle and cause",
         Simulation simulation(best_kernels(), setup);
         simulation.advance_to(1, kNeverStop);
       },
-      ExitCode::unstable);
+      ErrorCode::unstable);
   INFO(message);
   CHECK(contains(message, "step"));
   CHECK(contains(message, "particle"));
@@ -120,13 +120,14 @@ TEST_CASE("the adaptive step keeps a hard impact stable and within the scene's e
 
 TEST_CASE("no snow, places that are not numbers and places beyond the grid are usage errors", "[physics]") {
   SimulationSetup empty;
-  CHECK(contains(message_of([&] { Simulation s(best_kernels(), empty); }, ExitCode::usage), "no snow"));
+  CHECK(contains(message_of([&] { Simulation s(best_kernels(), empty); }, ErrorCode::usage), "no snow"));
   SimulationSetup nan = one_ball(0.01, Vec3::Zero());
   nan.snow[0].position[3].y() = std::numeric_limits<double>::quiet_NaN();
-  CHECK(contains(message_of([&] { Simulation s(best_kernels(), nan); }, ExitCode::usage), "not finite"));
+  CHECK(contains(message_of([&] { Simulation s(best_kernels(), nan); }, ErrorCode::usage), "not finite"));
   SimulationSetup far = one_ball(0.01, Vec3::Zero());
   far.snow[0].position[3].x() = 2e4;
-  CHECK(contains(message_of([&] { Simulation s(best_kernels(), far); }, ExitCode::usage), "from the origin"));
+  CHECK(
+      contains(message_of([&] { Simulation s(best_kernels(), far); }, ErrorCode::usage), "from the origin"));
 }
 
 TEST_CASE("the grid grows and shrinks with the snow", "[physics]") {

@@ -289,6 +289,22 @@ class Movies(ProgramTest):
                 with contextlib.suppress(ProcessLookupError):  # those that were left
                     os.killpg(process.pid, signal.SIGKILL)
 
+    def test_what_an_ffmpeg_did_that_made_no_movie_is_told_and_the_pictures_stay(self):
+        around = os.environ | {"PATH": f"{self.here}:{os.environ['PATH']}"}
+        self.start_with("whole", "run")
+        for script, told in (("#!/bin/sh\nexit 0\n", "made no movie"), ('#!/bin/bash\n: > "${@: -1}"\n', "made no movie"),
+                             ("#!/bin/sh\necho no such codec >&2\nexit 1\n", "no such codec"), ("#!/no/such/shell\n", "No such file or directory"),
+                             ("#!/bin/sh\nkill -SEGV $$\n", "ffmpeg failed")):
+            (self.here / "ffmpeg").write_text(script)
+            (self.here / "ffmpeg").chmod(0o755)
+            done = subprocess.run([FIRN, "run", self.scene, "--out", "a", "--overwrite"], cwd=self.here, env=around, capture_output=True, text=True)
+            self.assertEqual(done.returncode, 4, script)
+            self.assertIn(told, done.stderr.splitlines()[-1])
+            self.assertEqual(list(self.here.glob("a/movie*")), [], script)
+        (self.here / "ffmpeg").unlink()
+        self.firn("resume", "a")
+        self.assertEqual(self.hashes("a"), self.hashes("whole"))
+
     def test_a_signal_ends_the_making_of_the_movie_and_resume_makes_it(self):
         (self.here / "ffmpeg").write_text("#!/bin/sh\ntouch begun\nexec sleep 30\n")
         (self.here / "ffmpeg").chmod(0o755)

@@ -10,7 +10,7 @@
 namespace firn::test {
 
 struct Refusal {
-  ExitCode code = ExitCode::ok;
+  ErrorCode code = ErrorCode::failed;
   std::string line = "(nothing was refused)";
 };
 

@@ -21,7 +21,7 @@ void check_all(const std::vector<Mistake>& mistakes) {
     const test::Refusal refusal = test::refusal([&] { build_simulation(test::read(mistake.text)); });
     INFO(mistake.text);
     CHECK(refusal.line == mistake.line);
-    CHECK(refusal.code == ExitCode::usage);
+    CHECK(refusal.code == ErrorCode::usage);
   }
 }
 
@@ -318,13 +318,13 @@ TEST_CASE("missing and damaged files are named together with the place that asks
   const std::string mesh = "[[snow]]\nshape = \"mesh\"\nfile = \"bunny.obj\"\n";
   const test::Refusal missing = test::refusal([&] { read_scene(folder.write("a.toml", mesh), {}); });
   CHECK(missing.line == folder.path("a.toml") + ":3:1: no such file: " + folder.path("bunny.obj"));
-  CHECK(missing.code == ExitCode::io);
+  CHECK(missing.code == ErrorCode::io);
   folder.write("bunny.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   CHECK_REFUSES(build_simulation(read_scene(folder.path("a.toml"), {})),
                 "a.toml:3:1: " + folder.path("bunny.obj") + ": the mesh is not closed");
   const test::Refusal none = test::refusal([&] { read_scene(folder.path("none.toml"), {}); });
   CHECK(none.line == folder.path("none.toml") + ": cannot read: No such file or directory");
-  CHECK(none.code == ExitCode::io);
+  CHECK(none.code == ErrorCode::io);
 }
 
 TEST_CASE("a syntax error is placed") {

@@ -130,7 +130,7 @@ TEST_CASE("an OBJ file of polygons is read, scaled, and its errors name the file
   CHECK_REFUSES(load_obj(folder.write("points.obj", "v 0 0 0\n"), 1), "points.obj: holds no faces");
   CHECK_REFUSES(load_obj(folder.write("one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), 1),
                 "one.obj: the mesh is not closed");
-  CHECK(test::refusal([&] { load_obj(folder.path("none.obj"), 1); }).code == ExitCode::io);
+  CHECK(test::refusal([&] { load_obj(folder.path("none.obj"), 1); }).code == ErrorCode::io);
 }
 
 TEST_CASE("a line of an OBJ file that cannot be read is refused at its place, and never read as zeros") {

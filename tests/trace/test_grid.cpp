@@ -110,7 +110,7 @@ TEST_CASE("a particle that is nowhere is refused as unstable, by its id") {
       grid.build(snapshot, {SnowLook{}});
       FAIL("no error");
     } catch (const Error& error) {
-      CHECK(error.code() == ExitCode::unstable);
+      CHECK(error.code() == ErrorCode::unstable);
       CHECK(std::strstr(error.what(), "1234") != nullptr);
     }
   }

@@ -167,7 +167,7 @@ GridLayout lay_out_grid(const kernels::TraceKernels& kernels, const Snapshot& sn
   }
   if (all.bad != SIZE_MAX) {
     throw Error(
-        ExitCode::unstable, "frame " + std::to_string(snapshot.frame),
+        ErrorCode::unstable, "frame " + std::to_string(snapshot.frame),
         "particle " + std::to_string(snapshot.id[all.bad]) + " has no finite place or volume to draw");
   }
   if (count > 0 && all.alike) {

@@ -70,11 +70,11 @@ MediumSet::MediumSet(std::vector<Medium> media) : media_(std::move(media)), pose
     const std::string where = "medium " + std::to_string(i);
     const auto& form = medium.shape.form;
     if (std::holds_alternative<Mesh>(form) || std::holds_alternative<HeightField>(form))
-      throw Error(ExitCode::usage, where, "its shape must be a ball, box, cylinder, capsule or plane");
+      throw Error(ErrorCode::usage, where, "its shape must be a ball, box, cylinder, capsule or plane");
     const Vec3f least = medium.sigma_s.cwiseMin(medium.sigma_a);
     if (!(least.minCoeff() >= 0) || !least.allFinite())
-      throw Error(ExitCode::usage, where, "sigma_s and sigma_a must not be negative");
-    if (!(std::fabs(medium.g) < 1)) throw Error(ExitCode::usage, where, "g must lie between -1 and 1");
+      throw Error(ErrorCode::usage, where, "sigma_s and sigma_a must not be negative");
+    if (!(std::fabs(medium.g) < 1)) throw Error(ErrorCode::usage, where, "g must lie between -1 and 1");
   }
 }
 

@@ -32,7 +32,7 @@ ObjectSet::ObjectSet(const kernels::TraceKernels& kernels, std::vector<Object> o
       room_(objects_.size()) {
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     if (objects_[i].surface < 0 || objects_[i].surface >= static_cast<int>(surfaces_.size())) {
-      throw Error(ExitCode::usage, "object " + std::to_string(i), "its surface does not exist");
+      throw Error(ErrorCode::usage, "object " + std::to_string(i), "its surface does not exist");
     }
     const auto& form = objects_[i].shape.form;
     if (const auto* mesh = std::get_if<Mesh>(&form)) triangles_[i] = triangles_of(*mesh);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // One session of a run: snow from its source, pictures from the renderer, files into the folder, and the
 // manifest that always tells the truth about them. New runs, resumed runs and renderings of recorded snow
-// differ only in how they fill in a Production.
+// differ only in how they fill in a Session (sessions.h).
 #pragma once
 #include <chrono>
 #include <map>
@@ -12,10 +12,6 @@
 #include <string>
 #include <vector>
 
-#include "src/app/options.h"
-#include "src/app/progress.h"
-#include "src/app/shared_frames.h"
-#include "src/app/snow_source.h"
 #include "src/core/error.h"
 #include "src/graph/frame_graph.h"
 #include "src/io/log.h"
@@ -24,12 +20,23 @@
 #include "src/io/run_folder.h"
 #include "src/render/renderer.h"
 #include "src/scene/scene.h"
+#include "src/session/observer.h"
+#include "src/session/shared_frames.h"
+#include "src/session/snow_source.h"
 
 namespace firn {
 
-class Production {
+struct SessionResult {
+  bool interrupted = false;
+  int kept = 0;           // finished frames of the run, where it was interrupted
+  std::vector<int> left;  // and those that are still to be made, ascending
+  std::vector<StageInterval> intervals;
+};
+
+class Session {
  public:
-  Production(RunFolder folder, SceneConfig scene, Manifest manifest, bool quiet);
+  // The observer must outlive the session.
+  Session(RunFolder folder, SceneConfig scene, Manifest manifest, Observer& observer);
 
   // What to show, and with what; `simulated` or `recorded` must be given, a renderer only if the run makes
   // pictures.
@@ -37,21 +44,20 @@ class Production {
   std::unique_ptr<RecordedSnow> recorded;
   std::unique_ptr<Renderer> renderer;
   double expected_seconds = 0;  // of one frame, for the first guess of the time left
-  std::string again;  // the command that continues this run when it is interrupted; of shared frames
-                      // without their range
+  std::vector<int> frames;      // to be made, ascending
+  bool nothing_to_do = false;   // of a complete run: only what the manifest knows is written again
   // Given where recorded snow is shown in its own folder: only pictures are added, and others may do so too.
   std::unique_ptr<SharedFrames> shared;
 
-  // Produces these frames (ascending), then the movie of all. Interrupted: finished frames are kept and a
-  // checkpoint is written. Errors come out after the manifest has recorded them.
-  ExitCode produce(const std::vector<int>& frames, std::atomic<bool>& stop);
-  // Of a complete run: writes again what the manifest knows, and sweeps.
-  void repair();
+  // Makes the frames, then the movie of all; once. Interrupted: finished frames are kept and a checkpoint is
+  // written. Errors come out after the manifest has recorded them. Not to be called from two threads.
+  SessionResult run(std::atomic<bool>& stop);
+
+  void tell(const std::string& line);  // the observer and, from the start of run() on, the log
 
   const RunFolder& folder() const { return folder_; }
   const SceneConfig& scene() const { return scene_; }
   Manifest& manifest() { return manifest_; }
-  Progress& progress() { return progress_; }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -66,12 +72,13 @@ class Production {
   bool write(int frame, FrameSlot& slot);
   void write_pictures(const FrameSlot& slot, FrameRecord& record);
   void write_particles(const FrameSlot& slot, FrameRecord& record);
-  void begin(const std::vector<int>& frames);
+  void begin();
   void begin_new();
-  void go_on(const std::vector<int>& frames);
+  void go_on();
   void write_tables();
-  ExitCode finish(FrameGraphResult result, const std::atomic<bool>& stop);
-  FrameGraphResult run_graph(const std::vector<int>& frames, std::atomic<bool>& stop);
+  void repair();
+  SessionResult finish(FrameGraphResult result, const std::atomic<bool>& stop);
+  FrameGraphResult run_graph(const std::vector<int>& wanted, std::atomic<bool>& stop);
   FrameGraphResult run_shared(std::atomic<bool>& stop);
   void keep_pictures(FrameRecord& record) const;
   void finish_frame(InFlight job);
@@ -79,14 +86,14 @@ class Production {
   void save_checkpoint(Checkpoint checkpoint);
   void save_position(std::vector<Snapshot> pending);
   void make_movie(const std::atomic<bool>& stop);
-  ExitCode interrupted(FrameGraphResult result);
+  SessionResult interrupted(FrameGraphResult result);
   void fail(const std::string& what);
 
   RunFolder folder_;
   SceneConfig scene_;
   Manifest manifest_;
+  Observer& observer_;
   Log log_;
-  Progress progress_;
   std::optional<MetricsCsv> metrics_;
   std::mutex mutex_;
   std::set<int> left_;                 // frames that are to be made
@@ -96,15 +103,5 @@ class Production {
   const Clock::time_point started_ = Clock::now();
   Clock::time_point manifest_saved_;
 };
-
-// The manifest of a run that begins now, with this machine and program filled in.
-Manifest new_manifest(const Options& options, const SceneConfig& scene, const std::string& isa);
-
-// Errors: usage Error at `where` for text that a manifest cannot hold.
-void require_utf8(const std::string& text, const std::string& where);
-
-// The files that a scene names, as they are now: absolute path and hash of the bytes. Errors: io Error for
-// one that cannot be read.
-std::vector<std::pair<std::string, std::string>> hash_inputs(const SceneConfig& scene);
 
 }  // namespace firn

@@ -2,16 +2,14 @@
 // The stages of the frame graph as this program fills them, and what is on disk after each way a session can
 // end. A frame counts as finished when the journal has it; its line is written after the frame's files and
 // before a checkpoint that relies on it, so a power cut at any point leaves a run that can be resumed.
-#include "src/app/production.h"
-
-#include <unistd.h>
+#include "src/session/session.h"
 
 #include <algorithm>
 #include <iterator>
 #include <thread>
 #include <utility>
 
-#include "src/app/report.h"
+#include "src/core/text.h"
 #include "src/graph/trace.h"
 #include "src/io/checkpoint.h"
 #include "src/io/file.h"
@@ -20,9 +18,7 @@
 #include "src/io/movie.h"
 #include "src/io/particle_file.h"
 #include "src/io/program.h"
-#include "src/io/version.h"
 #include "src/scene/name.h"
-#include "src/scene/scene.h"
 
 namespace firn {
 namespace {
@@ -43,57 +39,24 @@ class Stopwatch {
 
 }  // namespace
 
-Manifest new_manifest(const Options& options, const SceneConfig& scene, const std::string& isa) {
-  Manifest m;
-  m.command = options.typed;
-  m.version = version();
-  m.revision = revision();
-  m.compiler = compiler();
-  m.build_type = build_type();
-  m.cpu = cpu_name();
-  m.isa = isa;
-  m.threads = options.threads > 0 ? options.threads : static_cast<int>(std::thread::hardware_concurrency());
-  m.slots = options.overlap ? kSlots : 1;
-  m.force = options.force;
-  m.seed = scene.simulation.seed;
-  m.started = utc_now();
-  m.id = hash_in_hex(std::to_string(std::chrono::system_clock::now().time_since_epoch().count()) + " " +
-                     std::to_string(::getpid()));
-  m.scene_file = std::filesystem::absolute(scene.file).string();
-  m.scene = resolved_toml(scene);
-  m.scene_hash = hash_in_hex(m.scene);
-  m.inputs = hash_inputs(scene);
-  m.last = scene.time.frames - 1;
-  require_utf8(m.scene, scene.file);
-  return m;
-}
-
-void require_utf8(const std::string& text, const std::string& where) {
-  if (is_utf8(text)) return;
-  throw Error(ExitCode::usage, where,
-              "a path of this run is not UTF-8, in which scenes and manifests are written: rename the folder "
-              "or file");
-}
-
-std::vector<std::pair<std::string, std::string>> hash_inputs(const SceneConfig& scene) {
-  std::vector<std::pair<std::string, std::string>> inputs;
-  for (const std::string& file : input_files(scene)) inputs.emplace_back(file, hash_in_hex(read_file(file)));
-  return inputs;
-}
-
-Production::Production(RunFolder folder, SceneConfig scene, Manifest manifest, bool quiet)
+Session::Session(RunFolder folder, SceneConfig scene, Manifest manifest, Observer& observer)
     : folder_(std::move(folder)),
       scene_(std::move(scene)),
       manifest_(std::move(manifest)),
-      progress_(log_, quiet),
+      observer_(observer),
       earlier_wall_(manifest_.wall_seconds) {}
 
-void Production::begin(const std::vector<int>& frames) {
+void Session::tell(const std::string& line) {
+  log_.add(line);
+  observer_.message(line);
+}
+
+void Session::begin() {
   left_ = {frames.begin(), frames.end()};
   if (shared) {
     log_.open(folder_.log());
   } else if (folder_.opened()) {
-    go_on(frames);
+    go_on();
   } else {
     begin_new();
   }
@@ -101,7 +64,7 @@ void Production::begin(const std::vector<int>& frames) {
 }
 
 // The manifest comes first, in one move: from then on the folder is this run's, whatever happens next.
-void Production::begin_new() {
+void Session::begin_new() {
   folder_.lock();
   save_manifest("starting");
   folder_.clear();
@@ -116,7 +79,7 @@ void Production::begin_new() {
 // Whatever cannot be written is found before anything is changed. The lines of frames that are made again
 // stay in the journal until they have others: they know of pictures that were added, and if no frame can be
 // made now nothing is lost.
-void Production::go_on(const std::vector<int>& frames) {
+void Session::go_on() {
   folder_.lock();
   log_.open(folder_.log());
   folder_.begin();
@@ -136,57 +99,63 @@ void Production::go_on(const std::vector<int>& frames) {
 }
 
 // What the manifest holds too, for people and other programs.
-void Production::write_tables() {
+void Session::write_tables() {
   write_file(folder_.scene(), manifest_.scene);
   metrics_.emplace(folder_.metrics());
   metrics_->replace(manifest_.frames);
 }
 
-void Production::repair() {
+void Session::repair() {
   folder_.lock();
   folder_.begin();
   write_tables();
 }
 
-ExitCode Production::produce(const std::vector<int>& frames, std::atomic<bool>& stop) {
-  begin(frames);
+SessionResult Session::run(std::atomic<bool>& stop) {
+  if (nothing_to_do) {
+    repair();
+    return {};
+  }
+  begin();
   try {
     return finish(shared ? run_shared(stop) : run_graph(frames, stop), stop);
   } catch (const Error& error) {
-    progress_.stop();
-    if (error.code() == ExitCode::interrupted) return interrupted({});
+    observer_.frames_end();
+    if (error.code() == ErrorCode::interrupted) return interrupted({});
     fail(error.what());
     throw;
   } catch (const std::exception& error) {
-    progress_.stop();
+    observer_.frames_end();
     fail(error.what());
     throw;
   }
 }
 
-ExitCode Production::finish(FrameGraphResult result, const std::atomic<bool>& stop) {
+SessionResult Session::finish(FrameGraphResult result, const std::atomic<bool>& stop) {
   if (result.interrupted) return interrupted(std::move(result));
   if (!shared) folder_.require_lock();
   if (metrics_) metrics_->replace(manifest_.frames);  // frames that were made again belong between others
   make_movie(stop);
   save_manifest("complete");
-  Manifest shown = manifest_;
-  if (shared) shown.frames = read_journal(folder_.journal(), manifest_.key());
-  shown.pictures = renderer != nullptr;
-  progress_.say(closing_report(folder_, shown, result.intervals));
-  return ExitCode::ok;
+  if (shared) {  // what others made too
+    manifest_.frames = read_journal(folder_.journal(), manifest_.key());
+    manifest_.pictures = true;
+  }
+  SessionResult done;
+  done.intervals = std::move(result.intervals);
+  return done;
 }
 
-FrameGraphResult Production::run_graph(const std::vector<int>& frames, std::atomic<bool>& stop) {
-  if (frames.empty()) return {};
+FrameGraphResult Session::run_graph(const std::vector<int>& wanted, std::atomic<bool>& stop) {
+  if (wanted.empty()) return {};
   FrameStages stages;
   stages.simulate = [&](int frame, FrameSlot& slot) { return simulate(frame, slot, stop); };
   stages.trace = [&](int frame, FrameSlot& slot) { return trace(frame, slot, stop); };
   stages.write = [&](int frame, FrameSlot& slot) { return write(frame, slot); };
   if (shared) stages.claim = [&](int frame) { return shared->claim(frame); };
-  progress_.start(static_cast<int>(frames.size()), expected_seconds);
-  FrameGraphResult result = run_frames(stages, {frames, manifest_.slots, manifest_.threads}, stop);
-  progress_.stop();
+  observer_.frames_begin(static_cast<int>(wanted.size()), expected_seconds);
+  FrameGraphResult result = run_frames(stages, {wanted, manifest_.slots, manifest_.threads}, stop);
+  observer_.frames_end();
   if (!shared) {
     folder_.require_lock();
     write_file(folder_.trace(), chrome_trace(result.intervals));
@@ -195,7 +164,7 @@ FrameGraphResult Production::run_graph(const std::vector<int>& frames, std::atom
 }
 
 // Frames that others have claimed are waited for, and made here after all if they are given back unfinished.
-FrameGraphResult Production::run_shared(std::atomic<bool>& stop) {
+FrameGraphResult Session::run_shared(std::atomic<bool>& stop) {
   FrameGraphResult all;
   bool waits = false;
   for (std::vector<int> left = shared->left(); !left.empty() && !all.interrupted; left = shared->left()) {
@@ -206,16 +175,16 @@ FrameGraphResult Production::run_shared(std::atomic<bool>& stop) {
       continue;
     }
     if (!std::exchange(waits, true))
-      progress_.say("Other processes are rendering frames " + frame_list(left) + ": waiting for them.");
+      tell("Other processes are rendering frames " + frame_list(left) + ": waiting for them.");
     std::this_thread::sleep_for(kLookAgain);
     all.interrupted = stop;
   }
   return all;
 }
 
-bool Production::simulate(int frame, FrameSlot& slot, const std::atomic<bool>& stop) {
+bool Session::simulate(int frame, FrameSlot& slot, const std::atomic<bool>& stop) {
   const Stopwatch watch;
-  progress_.begin(Progress::simulate, frame);
+  observer_.stage_begins(Stage::simulate, frame);
   InFlight job;
   const bool is_recorded = !simulated || (recorded && recorded->has(frame));
   SnowSource& source = is_recorded ? static_cast<SnowSource&>(*recorded) : *simulated;
@@ -230,20 +199,20 @@ bool Production::simulate(int frame, FrameSlot& slot, const std::atomic<bool>& s
   if (!is_recorded) job.record.simulate_seconds += watch.seconds();
   const std::lock_guard lock(mutex_);
   in_flight_[frame] = std::move(job);
-  progress_.end(Progress::simulate);
+  observer_.stage_ends(Stage::simulate, frame);
   return true;
 }
 
-bool Production::trace(int frame, FrameSlot& slot, const std::atomic<bool>& stop) {
+bool Session::trace(int frame, FrameSlot& slot, const std::atomic<bool>& stop) {
   if (!renderer) return !stop;
   const Stopwatch watch;
-  progress_.begin(Progress::trace, frame);
+  observer_.stage_begins(Stage::trace, frame);
   RenderStats stats;
   if (!renderer->render(slot.snapshot, slot.picture, stats, stop)) return false;
   std::string integrator = name_of(stats.choice.integrator);
   if (!stats.choice.why.empty()) {
     integrator += ": " + stats.choice.why;
-    progress_.say("Frame " + std::to_string(frame) + " by " + integrator);
+    tell("Frame " + std::to_string(frame) + " by " + integrator);
   }
   const std::lock_guard lock(mutex_);
   in_flight_[frame].record.integrator = integrator;
@@ -253,13 +222,13 @@ bool Production::trace(int frame, FrameSlot& slot, const std::atomic<bool>& stop
   in_flight_[frame].record.mean_samples = stats.mean_samples;
   in_flight_[frame].record.snow_mass = stats.snow_mass;
   in_flight_[frame].record.medium_mass = stats.medium_mass;
-  progress_.end(Progress::trace);
+  observer_.stage_ends(Stage::trace, frame);
   return true;
 }
 
-bool Production::write(int frame, FrameSlot& slot) {
+bool Session::write(int frame, FrameSlot& slot) {
   const Stopwatch watch;
-  progress_.begin(Progress::write, frame);
+  observer_.stage_begins(Stage::write, frame);
   InFlight job;
   {
     const std::lock_guard lock(mutex_);
@@ -275,12 +244,12 @@ bool Production::write(int frame, FrameSlot& slot) {
   if (shared) shared->release(frame);
   const std::lock_guard lock(mutex_);
   in_flight_.erase(frame);
-  progress_.end(Progress::write);
+  observer_.stage_ends(Stage::write, frame);
   return true;
 }
 
 // Pictures that were added to a run which makes none are still those of its snow when that is made again.
-void Production::keep_pictures(FrameRecord& record) const {
+void Session::keep_pictures(FrameRecord& record) const {
   const auto lost = lost_.find(record.frame);
   if (renderer || lost == lost_.end() || lost->second.particles_hash != record.particles_hash) return;
   FrameRecord kept = lost->second;
@@ -289,7 +258,7 @@ void Production::keep_pictures(FrameRecord& record) const {
   record = std::move(kept);
 }
 
-void Production::finish_frame(InFlight job) {
+void Session::finish_frame(InFlight job) {
   keep_pictures(job.record);
   folder_.require_lock();
   append_journal(folder_.journal(), manifest_.key(), job.record);
@@ -308,7 +277,7 @@ void Production::finish_frame(InFlight job) {
   if (job.checkpoint) save_checkpoint(std::move(*job.checkpoint));
 }
 
-void Production::write_pictures(const FrameSlot& slot, FrameRecord& record) {
+void Session::write_pictures(const FrameSlot& slot, FrameRecord& record) {
   record.picture_hash = hash_in_hex(
       {reinterpret_cast<const char*>(slot.picture.rgb.data()), slot.picture.rgb.size() * sizeof(float)});
   const Development development{scene_.output.exposure, scene_.output.tone_map};
@@ -321,7 +290,7 @@ void Production::write_pictures(const FrameSlot& slot, FrameRecord& record) {
   }
 }
 
-void Production::write_particles(const FrameSlot& slot, FrameRecord& record) {
+void Session::write_particles(const FrameSlot& slot, FrameRecord& record) {
   const std::string bytes = encode_snapshot(slot.snapshot);
   record.particles_hash = hash_in_hex(bytes);
   if (!manifest_.particles) return;
@@ -330,7 +299,7 @@ void Production::write_particles(const FrameSlot& slot, FrameRecord& record) {
   record.files.emplace_back(path.lexically_relative(folder_.path()).string(), record.particles_hash);
 }
 
-void Production::save_manifest(const std::string& status) {
+void Session::save_manifest(const std::string& status) {
   if (shared) return;  // it is the run's, which adding pictures does not change
   folder_.require_lock();
   manifest_.status = status;
@@ -339,7 +308,7 @@ void Production::save_manifest(const std::string& status) {
   manifest_saved_ = Clock::now();
 }
 
-void Production::save_checkpoint(Checkpoint checkpoint) {
+void Session::save_checkpoint(Checkpoint checkpoint) {
   folder_.require_lock();
   checkpoint.scene_hash = hash_bytes(manifest_.scene.data(), manifest_.scene.size());
   write_checkpoint(folder_.checkpoint(checkpoint.frame), checkpoint);
@@ -354,7 +323,7 @@ void Production::save_checkpoint(Checkpoint checkpoint) {
 
 // Where the simulation stands, between two steps, with the frames that it had passed but that were not
 // written.
-void Production::save_position(std::vector<Snapshot> pending) {
+void Session::save_position(std::vector<Snapshot> pending) {
   Checkpoint checkpoint = simulated->checkpoint();
   std::vector<PendingFrame> frames;
   frames.reserve(pending.size() + checkpoint.pending.size());
@@ -368,7 +337,7 @@ void Production::save_position(std::vector<Snapshot> pending) {
   save_checkpoint(std::move(checkpoint));
 }
 
-void Production::make_movie(const std::atomic<bool>& stop) {
+void Session::make_movie(const std::atomic<bool>& stop) {
   const auto& formats = scene_.output.formats;
   const auto has = [&](const char* format) {
     return std::find(formats.begin(), formats.end(), format) != formats.end();
@@ -380,7 +349,7 @@ void Production::make_movie(const std::atomic<bool>& stop) {
                      manifest_.first,  manifest_.last,
                      scene_.time.fps,  folder_.movie()};
   const bool ffmpeg = find_program("ffmpeg").has_value();
-  progress_.say(ffmpeg ? "Making the movie with ffmpeg." : "Making the movie.");
+  tell(ffmpeg ? "Making the movie with ffmpeg." : "Making the movie.");
   const std::filesystem::path movie = ffmpeg ? make_mp4(job, stop) : make_webp(job, stop);
   manifest_.movie = movie.filename().string();
   manifest_.movie_hash = hash_in_hex(read_file(movie));
@@ -389,32 +358,28 @@ void Production::make_movie(const std::atomic<bool>& stop) {
     if (movie.extension() != kind) std::filesystem::remove(job.out.string() + kind, ignored);
   }
   if (!ffmpeg)
-    progress_.say("No ffmpeg on the PATH: it is an animated WebP. An mp4 comes from\n  " +
-                  shell_line(ffmpeg_command(job)));
+    tell("No ffmpeg on the PATH: it is an animated WebP. An mp4 comes from\n  " +
+         shell_line(ffmpeg_command(job)));
 }
 
-ExitCode Production::interrupted(FrameGraphResult result) {
+SessionResult Session::interrupted(FrameGraphResult result) {
   if (simulated) {
     save_position(std::move(result.pending));
   } else {
     save_manifest("interrupted");
   }
   if (metrics_) metrics_->replace(manifest_.frames);
-  const auto kept = std::count_if(
+  SessionResult stopped;
+  stopped.interrupted = true;
+  stopped.kept = static_cast<int>(std::count_if(
       manifest_.frames.begin(), manifest_.frames.end(),
-      [&](const FrameRecord& r) { return !left_.count(r.frame) && (!renderer || !r.picture_hash.empty()); });
-  if (shared) {
-    const std::vector<int> left = shared->left();
-    if (!left.empty())  // others may have rendered the rest meanwhile
-      again += " --frames " + std::to_string(left.front()) + "-" + std::to_string(left.back());
-  }
-  progress_.say("Interrupted. " + std::to_string(kept) +
-                (kept == 1 ? " finished frame is" : " finished frames are") + " kept in " +
-                folder_.path().string() + ". Continue with: " + again);
-  return ExitCode::interrupted;
+      [&](const FrameRecord& r) { return !left_.count(r.frame) && (!renderer || !r.picture_hash.empty()); }));
+  // Others may have rendered the rest of shared frames meanwhile.
+  stopped.left = shared ? shared->left() : std::vector<int>(left_.begin(), left_.end());
+  return stopped;
 }
 
-void Production::fail(const std::string& what) {
+void Session::fail(const std::string& what) {
   manifest_.error = what;
   log_.add("failed: " + what);
   try {

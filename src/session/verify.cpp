@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "src/app/verify.h"
+#include "src/session/verify.h"
 
 #include <algorithm>
 
@@ -29,7 +29,7 @@ std::string fault_among(const RunFolder& folder, const FrameRecord& record, std:
 std::string fault_of(const std::filesystem::path& file, const std::string& hash) {
   std::error_code error;
   const bool exists = std::filesystem::exists(file, error);
-  if (error) throw Error(ExitCode::io, file.string(), "cannot be looked at: " + error.message());
+  if (error) throw Error(ErrorCode::io, file.string(), "cannot be looked at: " + error.message());
   if (!exists) return file.string() + " is missing";
   try {
     return hash_in_hex(read_file(file)) == hash ? "" : file.string() + " is not what the run wrote";
@@ -76,7 +76,7 @@ void require_inputs_exist(const Manifest& manifest) {
     } catch (const Error& error) {
       if (std::string_view(error.what()).find(file) != std::string_view::npos) throw;
     }
-    throw Error(ExitCode::io, file, "no such file, but the scene of this run needs it");
+    throw Error(ErrorCode::io, file, "no such file, but the scene of this run needs it");
   }
 }
 
@@ -85,7 +85,7 @@ void require_inputs(const Manifest& manifest, const SceneConfig& scene) {
   for (const auto& [file, hash] : manifest.inputs) {
     if (std::find(used.begin(), used.end(), file) == used.end() || hash_in_hex(read_file(file)) == hash)
       continue;
-    throw Error(ExitCode::io, file,
+    throw Error(ErrorCode::io, file,
                 "has changed since the run began: put the old file back, or start a new run");
   }
 }
@@ -94,7 +94,7 @@ void require_scene(const RunFolder& folder, const Manifest& manifest) {
   std::error_code ignored;
   if (!std::filesystem::exists(folder.scene(), ignored) || read_file(folder.scene()) == manifest.scene)
     return;
-  throw Error(ExitCode::usage, folder.scene().string(),
+  throw Error(ErrorCode::usage, folder.scene().string(),
               "has been changed, but a run goes on with the scene that it began with: delete the file, or "
               "move it and "
               "'firn run' it");

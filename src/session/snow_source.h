@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Where a frame's snow comes from: simulated now, or read back from a run's particle files. The stages of a
-// production do not know which.
+// session do not know which.
 #pragma once
 #include <atomic>
 #include <filesystem>

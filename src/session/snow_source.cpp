@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "src/app/snow_source.h"
+#include "src/session/snow_source.h"
 
 #include <algorithm>
 #include <sstream>
@@ -82,26 +82,26 @@ void RecordedSnow::keep_only(const std::vector<int>& frames) {
 
 void RecordedSnow::require(const std::string& origin, const std::vector<FrameRecord>& frames) const {
   if (!origin.empty() && origin != origin_) {
-    throw Error(ExitCode::io, folder_.path().string(),
+    throw Error(ErrorCode::io, folder_.path().string(),
                 "this run has other snow than it had when it was rendered");
   }
   for (const FrameRecord& frame : frames) {
     const auto now = records_.find(frame.frame);
     if (now != records_.end() && now->second.particles_hash == frame.particles_hash) continue;
     throw Error(
-        ExitCode::io, folder_.path().string(),
+        ErrorCode::io, folder_.path().string(),
         "this run has other snow than it had when frame " + std::to_string(frame.frame) + " was rendered");
   }
 }
 
 bool RecordedSnow::fetch(int frame, Snapshot& out, FrameRecord& record, const std::atomic<bool>&) {
   if (!records_.count(frame)) {
-    throw Error(ExitCode::usage, folder_.path().string(), "this run has no frame " + std::to_string(frame));
+    throw Error(ErrorCode::usage, folder_.path().string(), "this run has no frame " + std::to_string(frame));
   }
   record = records_.at(frame);
   out = read_particle_file(folder_.particle_file(frame));
   if (out.frame != frame || snapshot_hash(out) != record.particles_hash) {
-    throw Error(ExitCode::io, folder_.particle_file(frame).string(),
+    throw Error(ErrorCode::io, folder_.particle_file(frame).string(),
                 "these are not the particles that the run wrote; 'firn resume' of that run makes them again");
   }
   return true;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include "src/app/rehearsal.h"
+#include "src/session/rehearsal.h"
 
 #include <vector>
 
-#include "src/app/snow_source.h"
 #include "src/core/memory.h"
 #include "src/graph/frame_graph.h"
 #include "src/io/images.h"
 #include "src/io/particle_file.h"
 #include "src/mpm/simulation.h"
+#include "src/session/snow_source.h"
 
 namespace firn {
 namespace {

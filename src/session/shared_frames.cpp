@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "src/app/shared_frames.h"
+#include "src/session/shared_frames.h"
 
 #include <utility>
 
-#include "src/app/verify.h"
+#include "src/session/verify.h"
 
 namespace firn {
 

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+#include "src/session/prepare.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <thread>
+
+#include "src/core/error.h"
+#include "src/core/isa.h"
+#include "src/io/exr.h"
+#include "src/io/file.h"
+#include "src/io/program.h"
+#include "src/io/version.h"
+#include "src/scene/name.h"
+#include "src/scene/validate.h"
+
+namespace firn {
+namespace {
+
+// Rates of one thread, rounded down from what settled scenes reach; see docs/ for measured ones.
+constexpr double kParticleStepsPerSecond = 10e6;
+constexpr double kRaysPerSecond = 4e6;
+constexpr int kMostWebpPixels = 16383;
+constexpr double kRaysPerPath = 3;  // most paths end at the sky early
+
+// The files that a scene names, as they are now: absolute path and hash of the bytes. Errors: io Error for
+// one that cannot be read.
+std::vector<std::pair<std::string, std::string>> hash_inputs(const SceneConfig& scene) {
+  std::vector<std::pair<std::string, std::string>> inputs;
+  for (const std::string& file : input_files(scene)) inputs.emplace_back(file, hash_in_hex(read_file(file)));
+  return inputs;
+}
+
+}  // namespace
+
+Manifest new_manifest(const SessionOptions& options, const SceneConfig& scene, const std::string& isa) {
+  Manifest m;
+  m.command = options.command;
+  m.version = version();
+  m.revision = revision();
+  m.compiler = compiler();
+  m.build_type = build_type();
+  m.cpu = cpu_name();
+  m.isa = isa;
+  m.threads = options.threads > 0 ? options.threads : static_cast<int>(std::thread::hardware_concurrency());
+  m.slots = options.overlap ? kSlots : 1;
+  m.force = options.force;
+  m.seed = scene.simulation.seed;
+  m.started = utc_now();
+  m.id = hash_in_hex(std::to_string(std::chrono::system_clock::now().time_since_epoch().count()) + " " +
+                     std::to_string(::getpid()));
+  m.scene_file = std::filesystem::absolute(scene.file).string();
+  m.scene = resolved_toml(scene);
+  m.scene_hash = hash_in_hex(m.scene);
+  m.inputs = hash_inputs(scene);
+  m.last = scene.time.frames - 1;
+  require_utf8(m.scene, scene.file);
+  return m;
+}
+
+void require_utf8(const std::string& text, const std::string& where) {
+  if (is_utf8(text)) return;
+  throw Error(ErrorCode::usage, where,
+              "a path of this run is not UTF-8, in which scenes and manifests are written: rename the folder "
+              "or file");
+}
+
+void require_movie(const SceneConfig& scene) {
+  if (find_program("ffmpeg") || std::max(scene.image.width, scene.image.height) <= kMostWebpPixels) return;
+  throw Error(ErrorCode::usage, place_of(scene, "image", "width"),
+              "without ffmpeg on the PATH a movie is at most " + std::to_string(kMostWebpPixels) +
+                  " pixels wide and high; install ffmpeg, or set output.movie = false");
+}
+
+std::unique_ptr<SimulatedSnow> make_snow(const SceneConfig& scene, const kernels::KernelTable& kernels,
+                                         bool force) {
+  return std::make_unique<SimulatedSnow>(Simulation(kernels, build_simulation(scene, force)),
+                                         scene.time.speed / scene.time.fps);
+}
+
+std::unique_ptr<Renderer> make_renderer(const SceneConfig& scene, const kernels::KernelTable& kernels) {
+  const auto& formats = scene.output.formats;
+  if (!has_exr() && std::find(formats.begin(), formats.end(), "exr") != formats.end()) {
+    throw Error(
+        ErrorCode::usage, place_of(scene, "output", "formats"),
+        "this firn was built without OpenEXR and cannot write \"exr\"; \"pfm\" holds the same layers");
+  }
+  return std::make_unique<Renderer>(kernels, build_render(scene));
+}
+
+// The kernels of x86-64-v3 and v4 give the same bits; those of `base` do not, so such a run stays with them.
+std::string isa_of(const SessionOptions& options, const Manifest& manifest) {
+  if (options.isa == "auto") return manifest.isa == "base" ? "base" : "auto";
+  if ((options.isa == "base") != (manifest.isa == "base")) {
+    throw Error(ErrorCode::usage, "--isa",
+                "this run was begun with " + manifest.isa +
+                    ", and the kernels of base and of AVX differ in the last bits");
+  }
+  return options.isa;
+}
+
+void tell_of_other_build(Session& run) {
+  const Manifest& m = run.manifest();
+  if (m.version == version() && m.revision == revision()) return;
+  run.tell("This run was begun by firn " + m.version + " (" + m.revision + "), and goes on with " +
+           version() + " (" + revision() + "), whose bits may differ.");
+}
+
+double expected_frame_seconds(const SceneConfig& scene, const SimulatedSnow* snow, bool pictures,
+                              int threads) {
+  double work = 0;
+  if (snow) {
+    const double steps =
+        scene.time.speed / scene.time.fps / std::max(snow->simulation().stable_step().dt, 1e-9);
+    work += steps * static_cast<double>(snow->simulation().particle_count()) / kParticleStepsPerSecond;
+  }
+  if (pictures) {
+    const double paths = 1.0 * scene.image.width * scene.image.height * scene.image.samples;
+    work += paths * kRaysPerPath / kRaysPerSecond;
+  }
+  return work / threads;
+}
+
+}  // namespace firn

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// A new run of a scene.
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+#include "src/core/error.h"
+#include "src/core/isa.h"
+#include "src/core/text.h"
+#include "src/scene/validate.h"
+#include "src/session/prepare.h"
+
+namespace firn {
+namespace {
+
+void set_frames(Manifest& manifest, const SceneConfig& scene,
+                const std::optional<std::pair<int, int>>& frames) {
+  if (!frames) return;
+  if (frames->second >= scene.time.frames) {
+    throw Error(
+        ErrorCode::usage, "--frames",
+        "the scene has frames 0-" + std::to_string(scene.time.frames - 1) + " (set time.frames for more)");
+  }
+  manifest.first = frames->first;
+  manifest.last = frames->second;
+}
+
+std::string opening_line(const Session& run, const Manifest& m, std::size_t particles) {
+  char text[256];
+  std::snprintf(text, sizeof text, "%s: %s particles, dx %g mm, frames %d-%d", run.scene().name.c_str(),
+                grouped(particles).c_str(), 1e3 * grid_spacing(run.scene()), m.first, m.last);
+  std::string line = text;
+  if (m.pictures)
+    line += " of " + std::to_string(run.scene().image.width) + "x" + std::to_string(run.scene().image.height);
+  return line + ", " + std::to_string(m.threads) + " threads, " + m.isa + " -> " +
+         run.folder().path().string();
+}
+
+}  // namespace
+
+std::unique_ptr<Session> start_session(SceneConfig scene, const RunKind& kind, const SessionOptions& options,
+                                       Observer& observer) {
+  const auto& kernels = choose_kernels(options.isa);
+  Manifest manifest = new_manifest(options, scene, kernels.isa);
+  set_frames(manifest, scene, options.frames ? options.frames : kind.frames);
+  manifest.pictures = kind.pictures;
+  manifest.particles = kind.particles || scene.output.particles;
+  manifest.wants_movie = kind.movie && scene.output.movie;
+  if (manifest.wants_movie && manifest.last > manifest.first) require_movie(scene);
+  auto renderer = kind.pictures ? make_renderer(scene, kernels) : nullptr;
+  RunFolder folder = RunFolder::take(scene.name, options.out, options.overwrite);
+  for (const auto& [file, hash] : manifest.inputs) folder.require_outside(file);
+  observer.made_folders(folder.made());
+  auto snow = make_snow(scene, kernels, options.force);
+
+  auto run = std::make_unique<Session>(std::move(folder), std::move(scene), std::move(manifest), observer);
+  run->expected_seconds =
+      expected_frame_seconds(run->scene(), snow.get(), kind.pictures, run->manifest().threads);
+  run->tell(opening_line(*run, run->manifest(), snow->simulation().particle_count()));
+  run->simulated = std::move(snow);
+  run->renderer = std::move(renderer);
+  run->frames = frame_range(run->manifest().first, run->manifest().last);
+  observer.made_folders({});
+  return run;
+}
+
+}  // namespace firn
