@@ -9,7 +9,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cstdio>
 #include <filesystem>
 #include <utility>
@@ -70,11 +69,10 @@ Measured measure(const OverlapOptions& o, const std::string& firn, const fs::pat
                                     "--threads",    std::to_string(o.threads),
                                     "--isa",        o.isa};
   if (!overlap) words.push_back("--no-overlap");
-  const std::atomic<bool> stop{false};
   Measured measured;
   Outcome outcome;
   const double before = busy_seconds_of_children();
-  measured.wall = seconds_of([&] { outcome = run_program(words, stop); });
+  measured.wall = seconds_of([&] { outcome = run_program(words); });
   measured.busy = busy_seconds_of_children() - before;
   if (!WIFEXITED(outcome.status) || WEXITSTATUS(outcome.status) != 0)
     throw Error(ErrorCode::io, firn, "the run failed: " + outcome.said);

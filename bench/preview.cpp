@@ -106,18 +106,17 @@ void run_preview(const PreviewOptions& options) {
   TraceScene scene = trace_scene(options.shape, "blocks", options.particles);
   shrink(scene.snapshot);
   Renderer renderer(kernels, setup_of(scene));
-  const std::atomic<bool> stop{false};
   Picture picture;
   RenderStats stats;
   Stages stages;
   for (int frame = 0; frame <= options.repeats; ++frame) {
     for (float& y : scene.snapshot.x[1]) y -= static_cast<float>(0.01 * kSpacing);
-    const double moving = timed([&] { renderer.render(scene.snapshot, picture, stats, stop); });
+    const double moving = timed([&] { renderer.render(scene.snapshot, picture, stats); });
     if (frame == 0) continue;  // memory is fetched for the first time
     stages.add(stats, options.threads);
     stages.moving.add(moving);
     const Camera camera = camera_at(scene, frame);
-    stages.still.add(timed([&] { renderer.look_again(scene.snapshot, camera, picture, stats, stop); }));
+    stages.still.add(timed([&] { renderer.look_again(scene.snapshot, camera, picture, stats); }));
     stages.add(stats, options.threads);
   }
   Json report = {{"ms", stages.ms()},

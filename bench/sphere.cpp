@@ -52,12 +52,11 @@ void run_sphere(const SphereOptions& options) {
   tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                             static_cast<std::size_t>(options.threads));
   Renderer renderer(kernels, setup_of(options));
-  const std::atomic<bool> stop{false};
   Picture picture;
   RenderStats stats;
   Best best;
   for (int k = 0; k < options.repeats; ++k)
-    best.add(seconds_of([&] { renderer.render({}, picture, stats, stop); }));
+    best.add(seconds_of([&] { renderer.render({}, picture, stats); }));
   const double paths = static_cast<double>(kSize) * kSize * options.samples;
   double mean = 0;
   for (const float value : picture.rgb) mean += value / static_cast<double>(picture.rgb.size());

@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: MIT
 #include "src/app/interrupt.h"
 
+#include <semaphore.h>
 #include <signal.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <climits>
 #include <cstring>
+#include <mutex>
+#include <thread>
 
 #include "src/app/exit_code.h"
 
 namespace firn {
 namespace {
 
-std::atomic<bool> stop{false}, polled{false};
+std::atomic<bool> stopping{false}, obeyed{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
 
 // In memory that a signal handler may look at whenever it comes.
@@ -20,17 +24,37 @@ constexpr int kMostFolders = 16;
 char folder_names[kMostFolders][PATH_MAX];
 std::atomic<int> folder_count{0};
 
+// A signal handler may not request a stop itself: it wakes a thread that does. Both are there until the
+// process ends, whatever has been taken down by then.
+sem_t woken;
+std::stop_source& source() {
+  static auto& made = *new std::stop_source;
+  return made;
+}
+
 void on_signal(int) {
-  if (polled && !stop.exchange(true)) return;
+  if (obeyed && !stopping.exchange(true)) {
+    ::sem_post(&woken);
+    return;
+  }
   for (int i = folder_count; i-- > 0;) ::rmdir(folder_names[i]);
   ::_exit(static_cast<int>(ExitCode::interrupted));
 }
 
 }  // namespace
 
-std::atomic<bool>& stop_flag() {
-  polled = true;
-  return stop;
+std::stop_token stop_of_signals() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    ::sem_init(&woken, 0, 0);
+    std::thread([] {
+      while (::sem_wait(&woken) != 0) {
+      }
+      source().request_stop();
+    }).detach();
+    obeyed = true;
+  });
+  return source().get_token();
 }
 
 void remove_when_interrupted(const std::vector<std::filesystem::path>& folders) {

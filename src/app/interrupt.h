@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-// Ctrl-C and SIGTERM as a flag that every stage of a session polls; a second one ends the program at once.
-// Where nobody polls (commands that only print, and what comes before a session) the first one does.
+// Ctrl-C and SIGTERM as a request to stop, for the sessions that run; a second one ends the program at once.
+// Where no session runs yet, and in commands that only print, the first one does.
 #pragma once
-#include <atomic>
 #include <filesystem>
+#include <stop_token>
 #include <vector>
 
 namespace firn {
 
-std::atomic<bool>& stop_flag();  // whoever asks for it polls it
-void catch_signals();            // also turns SIGPIPE and a file size limit into plain write errors
+std::stop_token stop_of_signals();  // whoever asks for it stops when it is requested
+void catch_signals();               // also turns SIGPIPE and a file size limit into plain write errors
 
 // Folders that a signal takes along, the innermost last, if they are empty; an empty list takes the last ones
 // back.

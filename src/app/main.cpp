@@ -32,7 +32,8 @@ constexpr std::pair<const char*, ExitCode (*)(const Options&)> kCommands[] = {
 ExitCode execute(int count, char** words) {
   const std::optional<Options> options = parse_options(count, words);
   if (!options) return ExitCode::ok;
-  // Holds for what happens before the flow graph too: placing particles, the first sort, the movie.
+  // The program is alone in its process: no command has more threads, and a session has even more than the
+  // machine.
   std::optional<tbb::global_control> limit;
   if (options->session.threads > 0) {
     limit.emplace(tbb::global_control::max_allowed_parallelism,

@@ -50,7 +50,7 @@ void Progress::message(const std::string& line) {
 
 // Until the session has begun a signal takes them along; then it is asked to stop.
 void Progress::made_folders(const std::vector<std::filesystem::path>& folders) {
-  if (folders.empty()) stop_flag();
+  if (folders.empty()) stop_of_signals();
   remove_when_interrupted(folders);
 }
 

@@ -31,7 +31,7 @@ ExitCode run_session(const Options& options,
                      const std::function<std::unique_ptr<Session>(Observer&)>& begin) {
   Progress progress(options.quiet);
   const std::unique_ptr<Session> session = begin(progress);
-  const SessionResult result = session->run(stop_flag());
+  const SessionResult result = session->run(stop_of_signals());
   const std::string folder = session->folder().path().string();
   if (result.interrupted) {
     session->tell("Interrupted. " + std::to_string(result.kept) +

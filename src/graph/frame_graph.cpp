@@ -6,7 +6,6 @@
 #include "src/graph/frame_graph.h"
 
 #include <tbb/flow_graph.h>
-#include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -16,7 +15,6 @@
 #include <mutex>
 #include <numeric>
 #include <string_view>
-#include <thread>
 #include <tuple>
 #include <utility>
 
@@ -30,20 +28,20 @@ struct Turn {
   int frame;
 };
 using Ticket = std::tuple<Turn, int>;  // {turn, slot}
-using Stage = std::function<bool(int, FrameSlot&)>;
 
 // Everything that the nodes share. The stages are serial, so only the log and the outcome need a lock.
 class Run {
  public:
-  Run(const FrameGraphOptions& options, std::atomic<bool>& stop)
+  Run(const FrameGraphOptions& options, const std::stop_token& stop)
       : slots(static_cast<std::size_t>(std::max(options.slots, 1))),
         holds_(slots.size(), kNoFrame),
-        stop_(stop) {}
+        outside_(stop, [this] { stop_.request_stop(); }) {}
 
-  bool wants(int frame) const { return frame < end_.load() && !stop_.load(); }
+  bool wants(int frame) const { return frame < end_.load() && !stop_.stop_requested(); }
 
   // One stage on one frame, unless the run ended before it or the frame was passed over. True if the stage
   // was completed.
+  template <class Stage>
   bool perform(const char* name, const Stage& stage, int frame, int slot) {
     if (frame >= end_.load() || holds_[static_cast<std::size_t>(slot)] != frame) return false;
     const double begin = seconds();
@@ -53,7 +51,7 @@ class Run {
       if (!done) end_at(frame, nullptr);
     } catch (...) {
       end_at(frame, std::current_exception());
-      if (std::string_view(name) != "simulate") stop_.store(true);
+      if (std::string_view(name) != "simulate") stop_.request_stop();
     }
     const std::lock_guard lock(mutex_);
     result_.intervals.push_back(
@@ -83,6 +81,13 @@ class Run {
 
   void pass_over(int slot) { holds_[static_cast<std::size_t>(slot)] = kNoFrame; }
 
+  // simulate and trace, with what stops them.
+  template <class Stage>
+  bool perform_until_stopped(const char* name, const Stage& stage, int frame, int slot) {
+    const auto stoppable = [&](int f, FrameSlot& s) { return stage(f, s, stop_.get_token()); };
+    return perform(name, stoppable, frame, slot);
+  }
+
   std::vector<FrameSlot> slots;
 
  private:
@@ -97,15 +102,24 @@ class Run {
 
   const Clock::time_point start_ = Clock::now();
   std::vector<int> holds_;  // the frame of each slot
-  std::atomic<bool>& stop_;
+  std::stop_source stop_;   // of this run: asked from outside, or because a stage failed
+  std::stop_callback<std::function<void()>> outside_;
   std::atomic<int> end_{INT_MAX};  // the first frame that will not be finished
   std::mutex mutex_;
   FrameGraphResult result_;
   std::exception_ptr error_;
 };
 
-FrameGraphResult run_graph(const FrameStages& stages, const FrameGraphOptions& options,
-                           std::atomic<bool>& stop) {
+}  // namespace
+
+std::vector<int> frame_range(int first, int last) {
+  std::vector<int> frames(static_cast<std::size_t>(std::max(last - first + 1, 0)));
+  std::iota(frames.begin(), frames.end(), first);
+  return frames;
+}
+
+FrameGraphResult run_frames(const FrameStages& stages, const FrameGraphOptions& options,
+                            const std::stop_token& stop) {
   namespace flow = tbb::flow;
   Run run(options, stop);
   std::size_t next = 0;  // these four have one serial writer each
@@ -129,13 +143,13 @@ FrameGraphResult run_graph(const FrameStages& stages, const FrameGraphOptions& o
     if (run.wants(turn.frame) && stages.claim && !stages.claim(turn.frame)) {
       run.pass_over(slot);
       ++passed_over;
-    } else if (run.perform("simulate", stages.simulate, turn.frame, slot)) {
+    } else if (run.perform_until_stopped("simulate", stages.simulate, turn.frame, slot)) {
       simulated = turn.frame;
     }
     return ticket;
   });
   flow::function_node<Ticket, Ticket> trace(graph, flow::serial, [&](const Ticket& ticket) {
-    run.perform("trace", stages.trace, std::get<0>(ticket).frame, std::get<1>(ticket));
+    run.perform_until_stopped("trace", stages.trace, std::get<0>(ticket).frame, std::get<1>(ticket));
     return ticket;
   });
   flow::function_node<Ticket, int> write(graph, flow::serial, [&](const Ticket& ticket) {
@@ -165,25 +179,6 @@ FrameGraphResult run_graph(const FrameStages& stages, const FrameGraphOptions& o
   graph.wait_for_all();
   return run.finish(finished, passed_over + finished < static_cast<int>(options.frames.size()), simulated,
                     written);
-}
-
-}  // namespace
-
-std::vector<int> frame_range(int first, int last) {
-  std::vector<int> frames(static_cast<std::size_t>(std::max(last - first + 1, 0)));
-  std::iota(frames.begin(), frames.end(), first);
-  return frames;
-}
-
-FrameGraphResult run_frames(const FrameStages& stages, const FrameGraphOptions& options,
-                            std::atomic<bool>& stop) {
-  const int hardware = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  const int threads = options.threads > 0 ? options.threads : hardware;
-  // More threads than cores are allowed when asked for: results must not depend on it, and tests prove that.
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
-                                  static_cast<std::size_t>(std::max(threads, hardware)));
-  tbb::task_arena arena(threads);
-  return arena.execute([&] { return run_graph(stages, options, stop); });
 }
 
 }  // namespace firn

@@ -7,8 +7,8 @@
 //
 // The message is {frame, slot}, never data; the slots bound memory and the slowest stage throttles the rest.
 #pragma once
-#include <atomic>
 #include <functional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -27,8 +27,9 @@ struct FrameSlot {
 struct FrameStages {
   // Each gets the frame number and the frame's slot. Returning false stops the run (interrupted); throwing
   // ends it as an error. Every stage runs for one frame at a time and in frame order.
-  std::function<bool(int, FrameSlot&)> simulate;
-  std::function<bool(int, FrameSlot&)> trace;
+  // simulate and trace are to return false soon after a stop is requested of them.
+  std::function<bool(int, FrameSlot&, const std::stop_token&)> simulate;
+  std::function<bool(int, FrameSlot&, const std::stop_token&)> trace;
   std::function<bool(int, FrameSlot&)> write;
   // Asked just before a frame is simulated; false passes the frame over: somebody else makes it. May be
   // empty.
@@ -45,7 +46,6 @@ struct StageInterval {  // who ran when, for the Chrome trace and the overlap fi
 struct FrameGraphOptions {
   std::vector<int> frames;  // ascending
   int slots = kSlots;       // 1: no overlap
-  int threads = 0;          // 0: all
 };
 
 std::vector<int> frame_range(int first, int last);  // both included
@@ -57,12 +57,12 @@ struct FrameGraphResult {
   std::vector<Snapshot> pending;  // simulated but not written when the run was interrupted, in frame order
 };
 
-// Runs the stages over the frames in one arena of `threads`. `stop` may be set from outside (Ctrl-C):
-// stages poll it and no new frame is begun. A stage that fails on frame k ends the run there: frames before k
-// are still finished, frames after k are dropped, and the first exception is rethrown once every running
-// stage has ended. A failing trace or write also sets `stop`, since nothing that is still simulated could be
-// shown.
+// Runs the stages over the frames, on the caller's threads (core/threads.h). A stop may be requested from
+// outside: the stages are asked to stop too and no new frame is begun. A stage that fails on frame k ends the
+// run there: frames before k are still finished, frames after k are dropped, and the first exception is
+// rethrown once every running stage has ended. A failing trace or write also stops the simulation, since
+// nothing that is still simulated could be shown.
 FrameGraphResult run_frames(const FrameStages& stages, const FrameGraphOptions& options,
-                            std::atomic<bool>& stop);
+                            const std::stop_token& stop = {});
 
 }  // namespace firn

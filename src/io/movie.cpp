@@ -70,7 +70,7 @@ std::vector<std::string> ffmpeg_command(const MovieJob& job) {
           fs::absolute(job.out).string() + ".mp4"};
 }
 
-fs::path make_mp4(const MovieJob& job, const std::atomic<bool>& stop) {
+fs::path make_mp4(const MovieJob& job, const std::stop_token& stop) {
   fs::path movie = job.out.string() + ".mp4";
   const fs::path unfinished = job.out.string() + ".part.mp4";
   auto words = ffmpeg_command(job);
@@ -78,7 +78,7 @@ fs::path make_mp4(const MovieJob& job, const std::atomic<bool>& stop) {
   const Outcome outcome = run_program(words, stop);
   std::error_code error;
   // From a terminal Ctrl-C reaches ffmpeg too.
-  if (stop) {
+  if (stop.stop_requested()) {
     fs::remove(unfinished, error);
     throw Error(ErrorCode::interrupted, movie.string(), "interrupted before the movie was made");
   }

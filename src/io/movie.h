@@ -3,8 +3,8 @@
 // an animated WebP through libwebp, so that there always is a movie; ffmpeg is never required because a fresh
 // one is 190 packages.
 #pragma once
-#include <atomic>
 #include <filesystem>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -23,7 +23,7 @@ std::vector<std::string> ffmpeg_command(const MovieJob& job);
 
 // Errors: io Error if a frame cannot be read, ffmpeg fails (with the end of what it said) or the disk is
 // full; interrupted Error if `stop` is set before it is made.
-std::filesystem::path make_mp4(const MovieJob& job, const std::atomic<bool>& stop);
-std::filesystem::path make_webp(const MovieJob& job, const std::atomic<bool>& stop);
+std::filesystem::path make_mp4(const MovieJob& job, const std::stop_token& stop = {});
+std::filesystem::path make_webp(const MovieJob& job, const std::stop_token& stop = {});
 
 }  // namespace firn

@@ -50,14 +50,14 @@ bool read_what_is_there(int pipe, std::string& said) {
 
 // What becomes of a program until it ends, whoever else holds its pipe by then, or is ended because of
 // `stop`.
-Outcome follow(int pipe, pid_t child, const std::atomic<bool>& stop) {
+Outcome follow(int pipe, pid_t child, const std::stop_token& stop) {
   Outcome outcome;
   ::fcntl(pipe, F_SETFL, O_NONBLOCK);
   for (bool open = true, ended = false; !ended;) {
     pollfd waiting{pipe, POLLIN, 0};
     ::poll(&waiting, open ? 1 : 0, kLookMilliseconds);
-    if (stop) end_program(child);
-    const pid_t waited = ::waitpid(child, &outcome.status, stop ? 0 : WNOHANG);
+    if (stop.stop_requested()) end_program(child);
+    const pid_t waited = ::waitpid(child, &outcome.status, stop.stop_requested() ? 0 : WNOHANG);
     ended = waited != 0 && !(waited < 0 && errno == EINTR);
     open = open && read_what_is_there(pipe, outcome.said);
   }
@@ -66,7 +66,7 @@ Outcome follow(int pipe, pid_t child, const std::atomic<bool>& stop) {
 
 }  // namespace
 
-Outcome run_program(std::vector<std::string> words, const std::atomic<bool>& stop) {
+Outcome run_program(std::vector<std::string> words, const std::stop_token& stop) {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) return {};
   posix_spawn_file_actions_t actions;

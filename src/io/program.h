@@ -2,9 +2,9 @@
 // Other programs as child processes: their words as a vector, never through a shell, and what they say
 // through a pipe.
 #pragma once
-#include <atomic>
 #include <filesystem>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -16,7 +16,7 @@ struct Outcome {
 };
 
 // Runs the words to their end, or ends the program when `stop` is set; nothing on stdin.
-Outcome run_program(std::vector<std::string> words, const std::atomic<bool>& stop);
+Outcome run_program(std::vector<std::string> words, const std::stop_token& stop = {});
 
 std::optional<std::filesystem::path> find_program(const std::string& name);  // along the PATH
 std::string shell_line(const std::vector<std::string>& words);  // quoted where needed, to be copied by people

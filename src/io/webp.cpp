@@ -63,15 +63,16 @@ void check(WebPMuxError error, const fs::path& movie) {
 
 }  // namespace
 
-fs::path make_webp(const MovieJob& job, const std::atomic<bool>& stop) {
+fs::path make_webp(const MovieJob& job, const std::stop_token& stop) {
   fs::path movie = job.out.string() + ".webp";
   std::vector<std::string> encoded(static_cast<std::size_t>(job.last - job.first + 1));
   parallel_for(encoded.size(), 1, [&](std::size_t i) {
-    if (stop) return;
+    if (stop.stop_requested()) return;
     const fs::path path = frame_path(job, job.first + static_cast<int>(i));
     encoded[i] = encode_webp(read_image8(path), path);
   });
-  if (stop) throw Error(ErrorCode::interrupted, movie.string(), "interrupted before the movie was made");
+  if (stop.stop_requested())
+    throw Error(ErrorCode::interrupted, movie.string(), "interrupted before the movie was made");
 
   const std::unique_ptr<WebPMux, MuxDelete> mux(WebPMuxNew());
   const auto milliseconds = [&](std::size_t i) {

@@ -19,11 +19,11 @@ Simulation::Simulation(const kernels::KernelTable& kernels, SimulationSetup setu
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 
-bool Simulation::advance_to(double time, const std::atomic<bool>& stop) {
+bool Simulation::advance_to(double time, const std::stop_token& stop) {
   State& s = *state_;
   if (s.time < time) s.forces.begin_if_complete(s.time);
   while (s.time < time) {
-    if (stop.load(std::memory_order_relaxed)) return false;
+    if (stop.stop_requested()) return false;
     const TimeStep limit = stable_step();
     // The rest is cut into equal steps, so that none is tiny. A hair's breadth is no reason for one more.
     const double steps = std::max(1.0, std::ceil((time - s.time) / limit.dt - 1e-6));

@@ -2,11 +2,11 @@
 // The simulation as the rest of firn sees it: made from a setup, advanced to exact times, read through
 // snapshots. Inside (step.cpp): sort by block (when needed) -> P2G -> grid update -> G2P.
 #pragma once
-#include <atomic>
 #include <cstdint>
 #include <iosfwd>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -110,9 +110,9 @@ class Simulation {
   ~Simulation();
   Simulation(Simulation&&) noexcept;
 
-  // Steps until `time` (s) is reached exactly. Returns false if `stop` became true first (the state is then
+  // Steps until `time` (s) is reached exactly. Returns false if a stop was requested first (the state is then
   // between two steps and may be saved). Throws an unstable Error that names step, particle and likely cause.
-  bool advance_to(double time, const std::atomic<bool>& stop);
+  bool advance_to(double time, const std::stop_token& stop = {});
   void step(double dt);  // one step; for tests and benches
 
   double time() const;

@@ -151,7 +151,7 @@ struct Renderer::State {
 
   // Adds a range of samples of the world as it was built last.
   void trace(const Snapshot& snapshot, const SampleRange& range, int side, RenderStats& stats,
-             const std::atomic<bool>& stop) {
+             const std::stop_token& stop) {
     PerThread<std::optional<TilePaths>> scratch;  // fresh memory costs more than filling it
     for_each_tile(snapshot, side, stats, [&](const View& view, const Tile& tile) {
       Work work;
@@ -159,7 +159,7 @@ struct Renderer::State {
       std::optional<TilePaths>& paths = scratch.mine();
       if (!paths) paths.emplace(view);
       for (std::uint32_t first = range.first; first < range.last; first += kSamplesAtOnce) {
-        if (stop.load(std::memory_order_relaxed)) break;
+        if (stop.stop_requested()) break;
         work += paths->trace(tile, first, std::min(first + kSamplesAtOnce, range.last), wanted, film);
       }
       return work;
@@ -175,7 +175,7 @@ struct Renderer::State {
     if (image.snow_light == SnowLight::inside && !same) scattering = snow.medium(optics());
   }
 
-  Shot shoot(const Snapshot& snapshot, const ImageSettings& image, const std::atomic<bool>& stop) {
+  Shot shoot(const Snapshot& snapshot, const ImageSettings& image, const std::stop_token& stop) {
     take(image, snapshot.time);
     film.begin(image.width, image.height, camera.filter(), {.splats = ways_of(image).to_camera});
     wanted = PixelSet(image.width, image.height);
@@ -185,7 +185,7 @@ struct Renderer::State {
   }
 
   // Which integrator takes the picture. The world is as it was built last.
-  Choice choose(const Snapshot& snapshot, RenderStats& stats, const std::atomic<bool>& stop) {
+  Choice choose(const Snapshot& snapshot, RenderStats& stats, const std::stop_token& stop) {
     const auto start = Clock::now();
     const RenderSetup asked = setup;
     Choice choice = choose_integrator(asked, [&](const ImageSettings& image, std::uint64_t seed) {
@@ -230,7 +230,7 @@ struct Renderer::State {
   // Takes the memory of a whole picture for a few of its tiles.
   void sketch(const Snapshot& snapshot, Picture& picture) {
     RenderStats stats;
-    const std::atomic<bool> stop{false};
+    const std::stop_token stop;  // nobody asks
     if (preview()) {
       ambient.look_around(world(), grid.middle());
       trace_preview(snapshot, picture, stats, stop);
@@ -252,14 +252,14 @@ struct Renderer::State {
 
   // False if stopped. The world is as it was built last.
   bool trace_preview(const Snapshot& snapshot, Picture& picture, RenderStats& stats,
-                     const std::atomic<bool>& stop) {
+                     const std::stop_token& stop) {
     stats.mean_samples = 1;
     open_picture(picture);
     std::mutex adding;
     // One a thread: fresh memory costs more than what is done with it.
     PerThread<std::optional<PreviewTile>> painters;
     for_each_tile(snapshot, kTile, stats, [&](const View& view, const Tile& tile) {
-      if (stop.load(std::memory_order_relaxed)) return Work{};
+      if (stop.stop_requested()) return Work{};
       PreviewTimes times;
       std::optional<PreviewTile>& painter = painters.mine();
       if (!painter) painter.emplace(view, ambient, layers);
@@ -268,7 +268,7 @@ struct Renderer::State {
       stats.preview.add(times);
       return Work{rays, 0};
     });
-    return !stop.load();
+    return !stop.stop_requested();
   }
 
   // Moments at which a frame is seen: one without a shutter, else the middles of even parts of the time that
@@ -279,8 +279,7 @@ struct Renderer::State {
   }
 
   // False if stopped.
-  bool preview(const Snapshot& snapshot, Picture& picture, RenderStats& stats,
-               const std::atomic<bool>& stop) {
+  bool preview(const Snapshot& snapshot, Picture& picture, RenderStats& stats, const std::stop_token& stop) {
     build(snapshot, stats);
     ambient.look_around(world(), grid.middle());
     return trace_preview(snapshot, picture, stats, stop);
@@ -301,7 +300,7 @@ struct Renderer::State {
   }
 
   // False if stopped.
-  bool expose(const Snapshot& snapshot, RenderStats& stats, const std::atomic<bool>& stop) {
+  bool expose(const Snapshot& snapshot, RenderStats& stats, const std::stop_token& stop) {
     const bool chooses = setup.image.integrator == Integrator::automatic;
     if (chooses || moments() == 1) build(snapshot, stats);
     const ImageSettings asked = setup.image;
@@ -313,12 +312,12 @@ struct Renderer::State {
 
   // Every moment has its share of each round, so that all of them weigh alike in every pixel, whenever it is
   // done. A single one is built.
-  bool gather(const Snapshot& snapshot, RenderStats& stats, const std::atomic<bool>& stop) {
+  bool gather(const Snapshot& snapshot, RenderStats& stats, const std::stop_token& stop) {
     const auto samples = static_cast<std::uint32_t>(setup.image.samples);
     const std::uint32_t parts = moments();
     film.begin(setup.image.width, setup.image.height, camera.filter(), content());
     wanted = PixelSet(setup.image.width, setup.image.height);
-    for (SampleRange round; round.last < samples && !stop.load();) {
+    for (SampleRange round; round.last < samples && !stop.stop_requested();) {
       round = next_round(round.last, samples, setup.image.noise > 0);
       for (std::uint32_t part = 0; part < parts; ++part) {
         const Snapshot& now = parts == 1 ? snapshot : at_moment(snapshot, part);
@@ -327,7 +326,7 @@ struct Renderer::State {
       }
       if (round.last < samples) drop_finished(film, setup.image.noise, wanted);
     }
-    return !stop.load();
+    return !stop.stop_requested();
   }
 
   FilmContent content() const {
@@ -370,7 +369,7 @@ Renderer::Renderer(Renderer&&) noexcept = default;
 const RenderSetup& Renderer::setup() const { return state_->setup; }
 
 bool Renderer::render(const Snapshot& given, Picture& picture, RenderStats& stats,
-                      const std::atomic<bool>& stop) {
+                      const std::stop_token& stop) {
   stats = {};
   const int detail = state_->setup.image.detail;
   const Snapshot finer = detail > 1 ? with_relief(given, detail) : Snapshot{};
@@ -397,7 +396,7 @@ Sights Renderer::look(const Snapshot& given, Picture& picture) {
 }
 
 bool Renderer::look_again(const Snapshot& snapshot, const Camera& from, Picture& picture, RenderStats& stats,
-                          const std::atomic<bool>& stop) {
+                          const std::stop_token& stop) {
   stats = {};
   state_->setup.camera = from;
   state_->camera = CameraRays(from, state_->setup.image);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Renders one snapshot into one picture: render grid -> tiles -> packets -> paths -> film -> picture.
 #pragma once
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <stop_token>
 
 #include "src/particles/snapshot.h"
 #include "src/render/film/picture.h"
@@ -44,10 +44,11 @@ class Renderer {
 
   const RenderSetup& setup() const;  // as it was given
 
-  // Returns false if `stop` became true first (the picture is then incomplete). The same
+  // Returns false if a stop was requested first (the picture is then incomplete). The same
   // snapshot, setup and frame number give the same bits for any thread count. An unstable Error if a position
   // is not finite.
-  bool render(const Snapshot& snapshot, Picture& picture, RenderStats& stats, const std::atomic<bool>& stop);
+  bool render(const Snapshot& snapshot, Picture& picture, RenderStats& stats,
+              const std::stop_token& stop = {});
 
   // What a picture of the snapshot would show. Takes all the memory that render() would, in a small part of
   // its time: `picture` has its layers, but few of its pixels.
@@ -56,7 +57,7 @@ class Renderer {
   // The same snow as render() was last given, which must still be there, from another camera: only for the
   // preview, and without the time that the grid takes.
   bool look_again(const Snapshot& snapshot, const Camera& camera, Picture& picture, RenderStats& stats,
-                  const std::atomic<bool>& stop);
+                  const std::stop_token& stop = {});
 
  private:
   struct State;

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <thread>
 
 #include "src/core/error.h"
 #include "src/core/isa.h"
+#include "src/core/threads.h"
 #include "src/io/exr.h"
 #include "src/io/file.h"
 #include "src/io/program.h"
@@ -45,7 +45,7 @@ Manifest new_manifest(const SessionOptions& options, const SceneConfig& scene, c
   m.build_type = build_type();
   m.cpu = cpu_name();
   m.isa = isa;
-  m.threads = options.threads > 0 ? options.threads : static_cast<int>(std::thread::hardware_concurrency());
+  m.threads = Threads::count_of(options.threads);
   m.slots = options.overlap ? kSlots : 1;
   m.force = options.force;
   m.seed = scene.simulation.seed;

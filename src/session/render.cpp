@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "src/core/isa.h"
+#include "src/core/threads.h"
 #include "src/io/journal.h"
 #include "src/io/program.h"
 #include "src/session/prepare.h"
@@ -51,10 +52,8 @@ Manifest share(RunFolder& source) {
   return run;
 }
 
-}  // namespace
-
-std::unique_ptr<Session> render_session(const std::string& target, const ReadOptions& reading,
-                                        const SessionOptions& options, Observer& observer) {
+std::unique_ptr<Session> begin_rendering(const std::string& target, const ReadOptions& reading,
+                                         const SessionOptions& options, Observer& observer) {
   RunFolder source = RunFolder::open(target);
   const Manifest simulated = options.out ? read_manifest(source.manifest(), source.journal()) : share(source);
   const auto& kernels = choose_kernels(options.out ? options.isa : isa_of(options, simulated));
@@ -89,7 +88,7 @@ std::unique_ptr<Session> render_session(const std::string& target, const ReadOpt
   manifest.command = options.command;
   // Each slot is a claim on a frame: of shared ones a process takes the one that it traces and the next.
   manifest.slots = !options.overlap ? 1 : options.out ? kSlots : 2;
-  if (options.threads > 0) manifest.threads = options.threads;
+  manifest.threads = Threads::count_of(options.threads);
   auto made = std::make_unique<Session>(std::move(source), std::move(scene), std::move(manifest), observer);
   Session& run = *made;
   run.expected_seconds = expected_frame_seconds(run.scene(), nullptr, true, run.manifest().threads);
@@ -101,6 +100,13 @@ std::unique_ptr<Session> render_session(const std::string& target, const ReadOpt
   run.shared = std::make_unique<SharedFrames>(run.folder(), run.manifest(), run.frames, options.overwrite);
   if (run.shared->left().empty()) run.tell("All these pictures are there; --overwrite renders them again.");
   return made;
+}
+
+}  // namespace
+
+std::unique_ptr<Session> render_session(const std::string& target, const ReadOptions& reading,
+                                        const SessionOptions& options, Observer& observer) {
+  return Threads(options.threads).run([&] { return begin_rendering(target, reading, options, observer); });
 }
 
 }  // namespace firn

@@ -5,11 +5,11 @@
 #include <filesystem>
 #include <iterator>
 #include <optional>
-#include <thread>
 #include <vector>
 
 #include "src/core/isa.h"
 #include "src/core/text.h"
+#include "src/core/threads.h"
 #include "src/io/checkpoint.h"
 #include "src/io/file.h"
 #include "src/session/prepare.h"
@@ -81,10 +81,8 @@ bool is_complete(Session& run, const Unfinished& unfinished) {
   return fault.empty();
 }
 
-}  // namespace
-
-std::unique_ptr<Session> resume_session(const std::string& target, const SessionOptions& options,
-                                        Observer& observer) {
+std::unique_ptr<Session> begin_again(const std::string& target, const SessionOptions& options,
+                                     Observer& observer) {
   RunFolder folder = RunFolder::open(target);
   folder.lock();
   Manifest manifest = read_manifest(folder.manifest(), folder.journal());
@@ -98,8 +96,7 @@ std::unique_ptr<Session> resume_session(const std::string& target, const Session
   require_inputs(manifest, scene);
   manifest.isa = kernels.isa;
   manifest.slots = options.overlap ? kSlots : 1;
-  manifest.threads =
-      options.threads > 0 ? options.threads : static_cast<int>(std::thread::hardware_concurrency());
+  manifest.threads = Threads::count_of(options.threads);
 
   auto made = std::make_unique<Session>(std::move(folder), std::move(scene), std::move(manifest), observer);
   Session& run = *made;
@@ -122,6 +119,13 @@ std::unique_ptr<Session> resume_session(const std::string& target, const Session
   run.tell(run.scene().name + ": resuming with frames " + frame_list(run.frames) + " of " +
            std::to_string(m.first) + "-" + std::to_string(m.last));
   return made;
+}
+
+}  // namespace
+
+std::unique_ptr<Session> resume_session(const std::string& target, const SessionOptions& options,
+                                        Observer& observer) {
+  return Threads(options.threads).run([&] { return begin_again(target, options, observer); });
 }
 
 }  // namespace firn

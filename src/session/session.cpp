@@ -44,6 +44,7 @@ Session::Session(RunFolder folder, SceneConfig scene, Manifest manifest, Observe
       scene_(std::move(scene)),
       manifest_(std::move(manifest)),
       observer_(observer),
+      threads_(manifest_.threads),
       earlier_wall_(manifest_.wall_seconds) {}
 
 void Session::tell(const std::string& line) {
@@ -111,7 +112,11 @@ void Session::repair() {
   write_tables();
 }
 
-SessionResult Session::run(std::atomic<bool>& stop) {
+SessionResult Session::run(const std::stop_token& stop) {
+  return threads_.run([&] { return make_all(stop); });
+}
+
+SessionResult Session::make_all(const std::stop_token& stop) {
   if (nothing_to_do) {
     repair();
     return {};
@@ -131,7 +136,7 @@ SessionResult Session::run(std::atomic<bool>& stop) {
   }
 }
 
-SessionResult Session::finish(FrameGraphResult result, const std::atomic<bool>& stop) {
+SessionResult Session::finish(FrameGraphResult result, const std::stop_token& stop) {
   if (result.interrupted) return interrupted(std::move(result));
   if (!shared) folder_.require_lock();
   if (metrics_) metrics_->replace(manifest_.frames);  // frames that were made again belong between others
@@ -146,15 +151,19 @@ SessionResult Session::finish(FrameGraphResult result, const std::atomic<bool>& 
   return done;
 }
 
-FrameGraphResult Session::run_graph(const std::vector<int>& wanted, std::atomic<bool>& stop) {
+FrameGraphResult Session::run_graph(const std::vector<int>& wanted, const std::stop_token& stop) {
   if (wanted.empty()) return {};
   FrameStages stages;
-  stages.simulate = [&](int frame, FrameSlot& slot) { return simulate(frame, slot, stop); };
-  stages.trace = [&](int frame, FrameSlot& slot) { return trace(frame, slot, stop); };
+  stages.simulate = [&](int frame, FrameSlot& slot, const std::stop_token& stop) {
+    return simulate(frame, slot, stop);
+  };
+  stages.trace = [&](int frame, FrameSlot& slot, const std::stop_token& stop) {
+    return trace(frame, slot, stop);
+  };
   stages.write = [&](int frame, FrameSlot& slot) { return write(frame, slot); };
   if (shared) stages.claim = [&](int frame) { return shared->claim(frame); };
   observer_.frames_begin(static_cast<int>(wanted.size()), expected_seconds);
-  FrameGraphResult result = run_frames(stages, {wanted, manifest_.slots, manifest_.threads}, stop);
+  FrameGraphResult result = run_frames(stages, {wanted, manifest_.slots}, stop);
   observer_.frames_end();
   if (!shared) {
     folder_.require_lock();
@@ -164,7 +173,7 @@ FrameGraphResult Session::run_graph(const std::vector<int>& wanted, std::atomic<
 }
 
 // Frames that others have claimed are waited for, and made here after all if they are given back unfinished.
-FrameGraphResult Session::run_shared(std::atomic<bool>& stop) {
+FrameGraphResult Session::run_shared(const std::stop_token& stop) {
   FrameGraphResult all;
   bool waits = false;
   for (std::vector<int> left = shared->left(); !left.empty() && !all.interrupted; left = shared->left()) {
@@ -177,12 +186,12 @@ FrameGraphResult Session::run_shared(std::atomic<bool>& stop) {
     if (!std::exchange(waits, true))
       tell("Other processes are rendering frames " + frame_list(left) + ": waiting for them.");
     std::this_thread::sleep_for(kLookAgain);
-    all.interrupted = stop;
+    all.interrupted = stop.stop_requested();
   }
   return all;
 }
 
-bool Session::simulate(int frame, FrameSlot& slot, const std::atomic<bool>& stop) {
+bool Session::simulate(int frame, FrameSlot& slot, const std::stop_token& stop) {
   const Stopwatch watch;
   observer_.stage_begins(Stage::simulate, frame);
   InFlight job;
@@ -203,8 +212,8 @@ bool Session::simulate(int frame, FrameSlot& slot, const std::atomic<bool>& stop
   return true;
 }
 
-bool Session::trace(int frame, FrameSlot& slot, const std::atomic<bool>& stop) {
-  if (!renderer) return !stop;
+bool Session::trace(int frame, FrameSlot& slot, const std::stop_token& stop) {
+  if (!renderer) return !stop.stop_requested();
   const Stopwatch watch;
   observer_.stage_begins(Stage::trace, frame);
   RenderStats stats;
@@ -337,7 +346,7 @@ void Session::save_position(std::vector<Snapshot> pending) {
   save_checkpoint(std::move(checkpoint));
 }
 
-void Session::make_movie(const std::atomic<bool>& stop) {
+void Session::make_movie(const std::stop_token& stop) {
   const auto& formats = scene_.output.formats;
   const auto has = [&](const char* format) {
     return std::find(formats.begin(), formats.end(), format) != formats.end();

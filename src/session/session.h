@@ -9,10 +9,12 @@
 #include <mutex>
 #include <optional>
 #include <set>
+#include <stop_token>
 #include <string>
 #include <vector>
 
 #include "src/core/error.h"
+#include "src/core/threads.h"
 #include "src/graph/frame_graph.h"
 #include "src/io/log.h"
 #include "src/io/manifest.h"
@@ -51,7 +53,7 @@ class Session {
 
   // Makes the frames, then the movie of all; once. Interrupted: finished frames are kept and a checkpoint is
   // written. Errors come out after the manifest has recorded them. Not to be called from two threads.
-  SessionResult run(std::atomic<bool>& stop);
+  SessionResult run(const std::stop_token& stop);
 
   void tell(const std::string& line);  // the observer and, from the start of run() on, the log
 
@@ -67,8 +69,8 @@ class Session {
     double bytes_per_particle = 0;
   };
 
-  bool simulate(int frame, FrameSlot& slot, const std::atomic<bool>& stop);
-  bool trace(int frame, FrameSlot& slot, const std::atomic<bool>& stop);
+  bool simulate(int frame, FrameSlot& slot, const std::stop_token& stop);
+  bool trace(int frame, FrameSlot& slot, const std::stop_token& stop);
   bool write(int frame, FrameSlot& slot);
   void write_pictures(const FrameSlot& slot, FrameRecord& record);
   void write_particles(const FrameSlot& slot, FrameRecord& record);
@@ -77,15 +79,16 @@ class Session {
   void go_on();
   void write_tables();
   void repair();
-  SessionResult finish(FrameGraphResult result, const std::atomic<bool>& stop);
-  FrameGraphResult run_graph(const std::vector<int>& wanted, std::atomic<bool>& stop);
-  FrameGraphResult run_shared(std::atomic<bool>& stop);
+  SessionResult make_all(const std::stop_token& stop);
+  SessionResult finish(FrameGraphResult result, const std::stop_token& stop);
+  FrameGraphResult run_graph(const std::vector<int>& wanted, const std::stop_token& stop);
+  FrameGraphResult run_shared(const std::stop_token& stop);
   void keep_pictures(FrameRecord& record) const;
   void finish_frame(InFlight job);
   void save_manifest(const std::string& status);
   void save_checkpoint(Checkpoint checkpoint);
   void save_position(std::vector<Snapshot> pending);
-  void make_movie(const std::atomic<bool>& stop);
+  void make_movie(const std::stop_token& stop);
   SessionResult interrupted(FrameGraphResult result);
   void fail(const std::string& what);
 
@@ -93,6 +96,7 @@ class Session {
   SceneConfig scene_;
   Manifest manifest_;
   Observer& observer_;
+  Threads threads_;
   Log log_;
   std::optional<MetricsCsv> metrics_;
   std::mutex mutex_;

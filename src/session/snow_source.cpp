@@ -19,7 +19,7 @@ std::string snapshot_hash(const Snapshot& snapshot) {
 SimulatedSnow::SimulatedSnow(Simulation simulation, double seconds_per_frame)
     : simulation_(std::move(simulation)), seconds_per_frame_(seconds_per_frame) {}
 
-bool SimulatedSnow::fetch(int frame, Snapshot& out, FrameRecord& record, const std::atomic<bool>& stop) {
+bool SimulatedSnow::fetch(int frame, Snapshot& out, FrameRecord& record, const std::stop_token& stop) {
   if (const auto kept = pending_.find(frame); kept != pending_.end()) {
     out = std::move(kept->second.snow);
     record = std::move(kept->second.record);
@@ -94,7 +94,7 @@ void RecordedSnow::require(const std::string& origin, const std::vector<FrameRec
   }
 }
 
-bool RecordedSnow::fetch(int frame, Snapshot& out, FrameRecord& record, const std::atomic<bool>&) {
+bool RecordedSnow::fetch(int frame, Snapshot& out, FrameRecord& record, const std::stop_token&) {
   if (!records_.count(frame)) {
     throw Error(ErrorCode::usage, folder_.path().string(), "this run has no frame " + std::to_string(frame));
   }

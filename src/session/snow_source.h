@@ -2,9 +2,9 @@
 // Where a frame's snow comes from: simulated now, or read back from a run's particle files. The stages of a
 // session do not know which.
 #pragma once
-#include <atomic>
 #include <filesystem>
 #include <map>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -25,14 +25,14 @@ class SnowSource {
   virtual ~SnowSource() = default;
   // Fills the snapshot of `frame` and the simulated part of its record. Frames are asked for in order. False
   // if stopped.
-  virtual bool fetch(int frame, Snapshot& out, FrameRecord& record, const std::atomic<bool>& stop) = 0;
+  virtual bool fetch(int frame, Snapshot& out, FrameRecord& record, const std::stop_token& stop) = 0;
 };
 
 class SimulatedSnow : public SnowSource {
  public:
   // Frame k is the state at k * seconds_per_frame.
   SimulatedSnow(Simulation simulation, double seconds_per_frame);
-  bool fetch(int frame, Snapshot& out, FrameRecord& record, const std::atomic<bool>& stop) override;
+  bool fetch(int frame, Snapshot& out, FrameRecord& record, const std::stop_token& stop) override;
   double bytes_per_particle() const;
 
   // Goes on from a checkpoint; of its pending frames it keeps those that are wanted (ascending).
@@ -59,7 +59,7 @@ class RecordedSnow : public SnowSource {
   // Errors: io Error if the snow is of another origin (unless empty), or frames were made of other snow than
   // the run has now.
   void require(const std::string& origin, const std::vector<FrameRecord>& frames) const;
-  bool fetch(int frame, Snapshot& out, FrameRecord& record, const std::atomic<bool>& stop) override;
+  bool fetch(int frame, Snapshot& out, FrameRecord& record, const std::stop_token& stop) override;
 
  private:
   RunFolder folder_;

@@ -7,6 +7,7 @@
 #include "src/core/error.h"
 #include "src/core/isa.h"
 #include "src/core/text.h"
+#include "src/core/threads.h"
 #include "src/scene/validate.h"
 #include "src/session/prepare.h"
 
@@ -36,10 +37,8 @@ std::string opening_line(const Session& run, const Manifest& m, std::size_t part
          run.folder().path().string();
 }
 
-}  // namespace
-
-std::unique_ptr<Session> start_session(SceneConfig scene, const RunKind& kind, const SessionOptions& options,
-                                       Observer& observer) {
+std::unique_ptr<Session> begin_new(SceneConfig scene, const RunKind& kind, const SessionOptions& options,
+                                   Observer& observer) {
   const auto& kernels = choose_kernels(options.isa);
   Manifest manifest = new_manifest(options, scene, kernels.isa);
   set_frames(manifest, scene, options.frames ? options.frames : kind.frames);
@@ -62,6 +61,13 @@ std::unique_ptr<Session> start_session(SceneConfig scene, const RunKind& kind, c
   run->frames = frame_range(run->manifest().first, run->manifest().last);
   observer.made_folders({});
   return run;
+}
+
+}  // namespace
+
+std::unique_ptr<Session> start_session(SceneConfig scene, const RunKind& kind, const SessionOptions& options,
+                                       Observer& observer) {
+  return Threads(options.threads).run([&] { return begin_new(std::move(scene), kind, options, observer); });
 }
 
 }  // namespace firn

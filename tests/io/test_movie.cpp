@@ -2,11 +2,11 @@
 // Movies: the WebP decodes to the frames at their times; the ffmpeg command is what a shell would run.
 #include <webp/demux.h>
 
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <stop_token>
 #include <thread>
 
 #include "src/core/error.h"
@@ -66,8 +66,7 @@ class FakeFfmpeg {
 TEST_CASE("The animated WebP decodes to the frames, in order and at their times") {
   Scratch scratch;
   const MovieJob job = write_frames(scratch, 2, 6);
-  const std::atomic<bool> stop{false};
-  const std::string bytes = read_file(make_webp(job, stop));
+  const std::string bytes = read_file(make_webp(job));
   const WebPData webp{reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
   WebPAnimDecoder* decoder = WebPAnimDecoderNew(&webp, nullptr);
   REQUIRE(decoder != nullptr);
@@ -91,8 +90,7 @@ TEST_CASE("A missing frame is an error that names it, and no movie appears") {
   Scratch scratch;
   MovieJob job = write_frames(scratch, 0, 2);
   job.last = 3;
-  const std::atomic<bool> stop{false};
-  CHECK_THROWS_WITH(make_webp(job, stop), contains("0003.png"));
+  CHECK_THROWS_WITH(make_webp(job), contains("0003.png"));
   CHECK_FALSE(std::filesystem::exists(scratch / "movie.webp"));
 }
 
@@ -120,8 +118,7 @@ TEST_CASE(
   Scratch scratch;
   const FakeFfmpeg fake(scratch, "echo first >&2\nprintf 'no \\033[31msuch\\007 codec\\n' >&2\nexit 1\n");
   CHECK(find_program("ffmpeg") == scratch / "ffmpeg");
-  const std::atomic<bool> stop{false};
-  CHECK_THROWS_WITH(make_mp4(write_frames(scratch, 0, 1), stop),
+  CHECK_THROWS_WITH(make_mp4(write_frames(scratch, 0, 1)),
                     contains("movie.mp4") && contains("no [31msuch codec"));
   CHECK_FALSE(std::filesystem::exists(scratch / "movie.mp4"));
 }
@@ -132,14 +129,14 @@ TEST_CASE(
   const std::string trap = GENERATE("", "trap '' TERM\n");
   Scratch scratch;
   const FakeFfmpeg fake(scratch, trap + "for word; do last=$word; done\necho half >\"$last\"\nsleep 30\n");
-  std::atomic<bool> stop{false};
+  std::stop_source stop;
   std::thread interrupt([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
-    stop = true;
+    stop.request_stop();
   });
   const auto begin = std::chrono::steady_clock::now();
   try {
-    make_mp4(write_frames(scratch, 0, 1), stop);
+    make_mp4(write_frames(scratch, 0, 1), stop.get_token());
     FAIL_CHECK("a movie was made");
   } catch (const Error& error) {
     CHECK(error.code() == ErrorCode::interrupted);

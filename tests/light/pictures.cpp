@@ -72,8 +72,7 @@ Shape floor_plane(double height) {
 Picture render(const Snapshot& snapshot, const RenderSetup& setup, const kernels::KernelTable& kernels) {
   Picture film;
   RenderStats stats;
-  const std::atomic<bool> stop{false};
-  Renderer(kernels, setup).render(snapshot, film, stats, stop);
+  Renderer(kernels, setup).render(snapshot, film, stats);
   return film;
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stop_token>
 #include <string>
 #include <utility>
 
@@ -111,17 +112,17 @@ TEST_CASE("the picture does not know the order of the particles") {
 TEST_CASE("rays are counted and a stopped frame says so") {
   Picture film;
   RenderStats stats;
-  std::atomic<bool> stop{false};
+  std::stop_source stop;
   RenderSetup setup = rich_setup(Vec3::Zero());
   Renderer renderer(*supported_kernels().back(), setup);
   const Snapshot snapshot = snowball(Vec3(0, 0.15, 0), 0.15, 0.02);
-  CHECK(renderer.render(snapshot, film, stats, stop));
+  CHECK(renderer.render(snapshot, film, stats, stop.get_token()));
   CHECK(film.width == 52);
   CHECK(film.height == 40);
   CHECK(stats.rays > 52u * 40u * 4u);
   CHECK(stats.grid_bytes > snapshot.size() * 16);
-  stop = true;
-  CHECK_FALSE(renderer.render(snapshot, film, stats, stop));
+  stop.request_stop();
+  CHECK_FALSE(renderer.render(snapshot, film, stats, stop.get_token()));
 }
 
 TEST_CASE("a camera that looks nowhere and a film without pixels are refused") {

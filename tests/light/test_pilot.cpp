@@ -85,7 +85,7 @@ TEST_CASE(
     Renderer renderer(*supported_kernels().back(), lamp_over_floor(to_the_ceiling));
     Picture picture;
     RenderStats stats;
-    renderer.render({}, picture, stats, std::atomic<bool>{false});
+    renderer.render({}, picture, stats);
     INFO(stats.choice.why);
     CHECK(stats.choice.integrator == (to_the_ceiling ? Integrator::bidirectional : Integrator::path));
     CHECK_FALSE(stats.choice.why.empty());

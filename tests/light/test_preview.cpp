@@ -189,10 +189,9 @@ TEST_CASE("the preview has the same bits for any threads and instruction set, an
   Renderer renderer(*supported_kernels().back(), before);
   Picture picture;
   RenderStats stats;
-  const std::atomic<bool> stop{false};
-  REQUIRE(renderer.render(ball, picture, stats, stop));
+  REQUIRE(renderer.render(ball, picture, stats));
   CHECK(hash(picture) != hash(render(ball, setup)));
-  REQUIRE(renderer.look_again(ball, setup.camera, picture, stats, stop));
+  REQUIRE(renderer.look_again(ball, setup.camera, picture, stats));
   CHECK(hash(picture) == hash(render(ball, setup)));
 }
 

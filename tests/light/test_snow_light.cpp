@@ -88,7 +88,7 @@ TEST_CASE("pictures with light inside the snow tell its mass and what the surfac
     Renderer renderer(*supported_kernels().back(), setup);
     Picture picture;
     RenderStats stats;
-    REQUIRE(renderer.render(snow, picture, stats, std::atomic<bool>(false)));
+    REQUIRE(renderer.render(snow, picture, stats));
     const bool inside = light == SnowLight::inside;
     CHECK(stats.snow_mass == Approx(inside ? mass : 0).epsilon(1e-4));
     CHECK(stats.medium_mass <= stats.snow_mass);

@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Snow for tests: bodies on a lattice of `per_axis`^3 particles a cell, and runs with as many threads as
-// asked.
+// Snow for tests: bodies on a lattice of `per_axis`^3 particles a cell.
 #pragma once
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 #include <Eigen/Geometry>
 
-#include <atomic>
 #include <cmath>
 #include <functional>
 #include <initializer_list>
@@ -15,20 +11,11 @@
 #include "src/core/isa.h"
 #include "src/mpm/simulation.h"
 #include "tests/catch.h"
+#include "tests/threads.h"
 
 namespace firn::test {
 
-inline const std::atomic<bool> kNeverStop{false};
-
 inline const kernels::KernelTable& best_kernels() { return *supported_kernels().back(); }
-
-// Runs f with so many threads, however many the machine has.
-template <class F>
-void with_threads(int threads, F&& f) {
-  tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
-  tbb::task_arena arena(threads);
-  arena.execute(f);
-}
 
 // Calls f(table) with the kernels of x86-64-v3 and v4, as far as this CPU has them, and with each of these
 // numbers of threads: all of them promise the same bits.

@@ -96,10 +96,10 @@ TEST_CASE("a rigidly rotating body keeps its kinetic energy to 1 % over a turn",
     setup.snow.push_back(ball(Vec3::Zero(), 0.08, setup.dx, elastic(), Vec3::Zero()));
     spin(setup.snow[0], Vec3::Zero(), Vec3(0, 0, 10));
     Simulation simulation(best_kernels(), setup);
-    simulation.advance_to(0.05, kNeverStop);  // the body first takes the strain of its spin
+    simulation.advance_to(0.05);  // the body first takes the strain of its spin
     const double before = simulation.metrics().kinetic_energy;
     for (int k = 1; k <= 40; ++k) {
-      simulation.advance_to(0.05 + 2 * M_PI / 10 * k / 40, kNeverStop);
+      simulation.advance_to(0.05 + 2 * M_PI / 10 * k / 40);
       if (series) curve.add(series, {k / 40., simulation.metrics().kinetic_energy / before});
     }
     return simulation.metrics().kinetic_energy / before;
@@ -120,7 +120,7 @@ TEST_CASE("two colliding balls of snow keep their total momentum, lose energy an
   Snapshot snapshot;
   float densest = 0;
   for (int frame = 1; frame <= 5; ++frame) {
-    REQUIRE(simulation.advance_to(0.003 * frame, kNeverStop));
+    REQUIRE(simulation.advance_to(0.003 * frame));
     simulation.snapshot(snapshot);
     for (const float density : snapshot.density) densest = std::max(densest, density);
   }

@@ -37,10 +37,10 @@ double speed_along(const Simulation& simulation) {
 
 // m/s^2, from 0.1 s, when the weight has settled on the ground, to 0.4 s. see(time, speed gained) on the way.
 double acceleration_of(Simulation& simulation, const std::function<void(double, double)>& see = {}) {
-  simulation.advance_to(0.1, kNeverStop);
+  simulation.advance_to(0.1);
   const double start = speed_along(simulation);
   for (int k = 1; k <= 12; ++k) {
-    simulation.advance_to(0.1 + 0.025 * k, kNeverStop);
+    simulation.advance_to(0.1 + 0.025 * k);
     if (see) see(simulation.time(), speed_along(simulation) - start);
   }
   return (speed_along(simulation) - start) / 0.3;
@@ -73,13 +73,13 @@ TEST_CASE("a block on 20 degrees gains g (sin - mu cos), and nothing when mu exc
     SimulationSetup setup = incline(20, mu, Contact::separating);
     setup.sleep = false;
     Simulation simulation(best_kernels(), setup);
-    simulation.advance_to(settled, kNeverStop);
+    simulation.advance_to(settled);
     const double start = speed_along(simulation);
     const double acceleration = std::max(0.0, 9.81 * (std::sin(angle) - mu * std::cos(angle)));
     INFO("mu " << mu << ": " << acceleration << " m/s^2");
     for (int k = 0; k <= 16; ++k) {
       const double time = settled + 0.025 * k;
-      simulation.advance_to(time, kNeverStop);
+      simulation.advance_to(time);
       const double gained = speed_along(simulation) - start;
       curve.add("mu = " + std::to_string(mu).substr(0, 3), {time, gained, acceleration * (time - settled)});
     }
@@ -89,9 +89,9 @@ TEST_CASE("a block on 20 degrees gains g (sin - mu cos), and nothing when mu exc
 
 TEST_CASE("a block on an incline stays when mu exceeds tan", "[physics]") {
   Simulation simulation(best_kernels(), incline(20, 0.6, Contact::separating));
-  simulation.advance_to(0.2, kNeverStop);
+  simulation.advance_to(0.2);
   const Vec3 before = simulation.metrics().bounds.center();
-  simulation.advance_to(0.5, kNeverStop);
+  simulation.advance_to(0.5);
   CHECK(std::abs(speed_along(simulation)) < 0.01);
   CHECK((simulation.metrics().bounds.center() - before).norm() < 0.1 * kDx);
 }
@@ -103,7 +103,7 @@ TEST_CASE("between the two friction angles a block at rest stays, and one that m
   SimulationSetup held = incline(20, mu_static, Contact::separating);
   held.sleep = false;
   Simulation settling(best_kernels(), held);
-  settling.advance_to(1.0, kNeverStop);  // the ringing of the sudden weight dies away
+  settling.advance_to(1.0);  // the ringing of the sudden weight dies away
   std::stringstream saved;
   settling.save(saved);
 
@@ -114,7 +114,7 @@ TEST_CASE("between the two friction angles a block at rest stays, and one that m
   resting.load(saved);
   const Vec3 before = resting.metrics().bounds.center();
   for (int k = 1; k <= 24; ++k) {
-    resting.advance_to(1 + 0.025 * k, kNeverStop);
+    resting.advance_to(1 + 0.025 * k);
     curve.add("at rest", {0.025 * k, speed_along(resting), 0});
   }
   CHECK(std::abs(speed_along(resting)) < 1e-4);
@@ -132,7 +132,7 @@ TEST_CASE("between the two friction angles a block at rest stays, and one that m
 TEST_CASE("without friction a block slides at g sin, on slip and on separating ground alike", "[physics]") {
   for (const Contact contact : {Contact::slip, Contact::separating}) {
     Simulation simulation(best_kernels(), incline(10, 0, contact));
-    simulation.advance_to(0.2, kNeverStop);
+    simulation.advance_to(0.2);
     CHECK(speed_along(simulation) == Approx(9.81 * std::sin(10 * M_PI / 180) * 0.2).epsilon(0.005));
   }
 }
@@ -143,7 +143,7 @@ TEST_CASE("sticky ground holds a block by its foot and separating ground lets it
     setup.gravity = Vec3::Zero();
     for (Vec3& v : setup.snow[0].velocity) v = Vec3(0, 0.5, 0);
     Simulation simulation(best_kernels(), setup);
-    simulation.advance_to(0.2, kNeverStop);
+    simulation.advance_to(0.2);
     const double lift = simulation.metrics().bounds.min.y() - kDx * 0.75;
     INFO(static_cast<int>(contact));
     if (contact == Contact::separating) {
@@ -160,7 +160,7 @@ TEST_CASE("snow that falls on the ground comes to rest above it", "[physics]") {
   setup.snow.push_back(ball(Vec3(0, 0.25, 0), 0.1, kDx, Material{}, Vec3(0, -2, 0)));
   setup.colliders.push_back(plane(Vec3::Zero(), Vec3(0, 1, 0), Contact::separating, 0.5));
   Simulation simulation(best_kernels(), setup);
-  simulation.advance_to(1.0, kNeverStop);
+  simulation.advance_to(1.0);
   const Metrics m = simulation.metrics();
   CHECK(m.bounds.min.y() > -kDx);
   CHECK(m.kinetic_energy < 1e-2 * m.mass);
@@ -180,7 +180,7 @@ TEST_CASE("snow rolls off a ball and off a box corner without getting inside", "
     }
     setup.colliders.push_back(collider);
     Simulation simulation(best_kernels(), setup);
-    simulation.advance_to(0.3, kNeverStop);
+    simulation.advance_to(0.3);
     Snapshot snapshot;
     simulation.snapshot(snapshot);
     double deepest = 0;
@@ -202,13 +202,13 @@ TEST_CASE("particles that leave the domain are removed and counted, and nothing 
   Simulation simulation(best_kernels(), setup);
   const std::size_t placed = simulation.particle_count();
   const double mass = simulation.metrics().mass;
-  simulation.advance_to(0.35, kNeverStop);
+  simulation.advance_to(0.35);
   const Metrics m = simulation.metrics();
   CHECK(m.particles_left > 0);
   CHECK(m.particles + m.particles_left == placed);
   CHECK(m.mass < mass);
   CHECK(m.bounds.min.y() > -0.5 - 6 * kDx);
-  simulation.advance_to(1.5, kNeverStop);
+  simulation.advance_to(1.5);
   CHECK(simulation.particle_count() == 0);
   CHECK(simulation.metrics().particles_left == placed);
 }

@@ -43,7 +43,7 @@ TEST_CASE("a flake that falls from rest gains v_t tanh(g t / v_t) and ends at v_
     Simulation simulation(best_kernels(), in_the_air(flake(Vec3::Zero(), terminal)));
     const double start = simulation.metrics().bounds.center().y();
     for (const double share : {0.1, 0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0}) {  // of the time v_t / g
-      simulation.advance_to(share * terminal / 9.81, kNeverStop);
+      simulation.advance_to(share * terminal / 9.81);
       curve.add(std::to_string(terminal).substr(0, 4) + " m/s",
                 {share, -mean_velocity(simulation.metrics()).y() / terminal, std::tanh(share)});
       INFO(terminal << " m/s, " << share);
@@ -58,7 +58,7 @@ TEST_CASE("a flake that falls from rest gains v_t tanh(g t / v_t) and ends at v_
 TEST_CASE("a flake thrown down or aside ends at its terminal velocity, straight down", "[physics]") {
   for (const Vec3& thrown : {Vec3(0, -5, 0), Vec3(4, 3, -2)}) {
     Simulation simulation(best_kernels(), in_the_air(flake(Vec3::Zero(), 1.0, thrown)));
-    simulation.advance_to(1.0, kNeverStop);
+    simulation.advance_to(1.0);
     CHECK((mean_velocity(simulation.metrics()) - Vec3(0, -1, 0)).norm() < 0.01);
   }
 }
@@ -69,7 +69,7 @@ TEST_CASE("each snow object has its own terminal velocity, and one without falls
   setup.snow.push_back(flake(Vec3(0.5, 0, 0), std::nullopt));
   setup.snow.push_back(flake(Vec3(1.0, 0, 0), 2.0));
   Simulation simulation(best_kernels(), setup);
-  simulation.advance_to(0.4, kNeverStop);
+  simulation.advance_to(0.4);
   Snapshot snapshot;
   simulation.snapshot(snapshot);
   const double expected[] = {-std::tanh(0.4 * 9.81), -0.4 * 9.81, -2 * std::tanh(0.4 * 9.81 / 2)};
@@ -95,7 +95,7 @@ TEST_CASE("with air, in a turned domain, the bits are the same for 1 and 3 threa
   std::uint64_t expected = 0;
   with_kernels_and_threads({1, 3}, [&](const kernels::KernelTable& table) {
     Simulation simulation(table, setup);
-    simulation.advance_to(0.1, kNeverStop);
+    simulation.advance_to(0.1);
     if (expected == 0) expected = simulation.state_hash();
     CHECK(simulation.state_hash() == expected);
   });

@@ -64,7 +64,7 @@ double period_of(const Material& material, int cells, const std::function<void(d
   std::vector<double> zeros;
   double last = start, last_time = 0;
   while (zeros.size() < 5) {
-    simulation.advance_to(simulation.time() + expected / 200, kNeverStop);
+    simulation.advance_to(simulation.time() + expected / 200);
     const double now = simulation.metrics().momentum.y();
     see(simulation.time(), now / start);
     if (now * last < 0) zeros.push_back(last_time + (simulation.time() - last_time) * last / (last - now));
@@ -93,7 +93,7 @@ Sagging sagging(const Material& material, int cells) {
   Snapshot snapshot;
   const int samples = 160;
   for (int i = 0; i < samples; ++i) {
-    simulation.advance_to(2 * period * (i + 0.5) / samples, kNeverStop);
+    simulation.advance_to(2 * period * (i + 0.5) / samples);
     mean.sag += (before - top(simulation)) / samples;
     simulation.snapshot(snapshot);
     for (std::size_t k = 0; k < snapshot.size(); ++k) {  // between rollers, J is F along the column

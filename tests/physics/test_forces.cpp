@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The force of each collider on the snow: weights, friction, impacts, and Newton's second law for the snow as
 // a whole, frame by frame.
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <sstream>
+#include <stop_token>
 #include <string>
 #include <thread>
 #include <vector>
@@ -94,13 +94,13 @@ TEST_CASE("the ground bears the weight of a block at rest, awake and asleep", "[
     setup.sleep = sleep;
     Simulation simulation(best_kernels(), setup);
     for (int frame = 1; frame <= 40; ++frame) {
-      simulation.advance_to(0.02 * frame, kNeverStop);
+      simulation.advance_to(0.02 * frame);
       const Metrics now = simulation.metrics();
       curve.add(sleep ? "may sleep" : "awake",
                 {now.time, force_of(now, "ground").y() / (now.mass * kG),
                  static_cast<double>(now.particles_asleep) / static_cast<double>(now.particles)});
     }
-    simulation.advance_to(1.0, kNeverStop);
+    simulation.advance_to(1.0);
     const Metrics m = simulation.metrics();
     CHECK(m.particles_asleep == (sleep ? m.particles : 0));
     const Vec3 force = force_of(m, "ground") / (m.mass * kG);
@@ -112,12 +112,12 @@ TEST_CASE("the ground bears the weight of a block at rest, awake and asleep", "[
 
 TEST_CASE("snow partly asleep weighs what it did asleep, each node counted once", "[physics]") {
   Simulation simulation(best_kernels(), half_woken());
-  simulation.advance_to(0.7, kNeverStop);
-  simulation.advance_to(0.79, kNeverStop);
+  simulation.advance_to(0.7);
+  simulation.advance_to(0.79);
   const Metrics before = simulation.metrics();
   CHECK(before.particles_asleep == before.particles);
   for (const double time : {0.85, 0.9, 1.0, 1.1, 1.2}) {
-    simulation.advance_to(time, kNeverStop);
+    simulation.advance_to(time);
     const Metrics m = simulation.metrics();
     INFO(time << " s, asleep " << m.particles_asleep << " of " << m.particles << ", of the weight "
               << force_of(m, "ground").y() / (m.mass * kG));
@@ -137,14 +137,14 @@ TEST_CASE("a block that rests on a slope presses with m g cos and is held by m g
     setup.sleep = sleep;
     Simulation simulation(best_kernels(), setup);
     for (int frame = 1; frame <= 20; ++frame) {
-      simulation.advance_to(0.05 * frame, kNeverStop);
+      simulation.advance_to(0.05 * frame);
       const Metrics now = simulation.metrics();
       const Vec3 bears = force_of(now, "ground") / (now.mass * kG);
       const std::string which = sleep ? " (may sleep)" : " (awake)";
       curve.add("presses" + which, {now.time, bears.y(), std::cos(angle)});
       curve.add("holds" + which, {now.time, -bears.x(), std::sin(angle)});
     }
-    simulation.advance_to(1.2, kNeverStop);
+    simulation.advance_to(1.2);
     const Metrics m = simulation.metrics();
     const Vec3 force = force_of(m, "ground") / (m.mass * kG);
     INFO("asleep " << m.particles_asleep << " of " << m.particles << ", of the weight " << force.transpose());
@@ -156,8 +156,8 @@ TEST_CASE("a block that rests on a slope presses with m g cos and is held by m g
 TEST_CASE("a block that slides is held back by mu times what it presses with", "[physics]") {
   const double angle = 30 * M_PI / 180, mu = 0.25;
   Simulation simulation(best_kernels(), dropped_block(kG * Vec3(std::sin(angle), -std::cos(angle), 0), mu));
-  simulation.advance_to(0.5, kNeverStop);
-  simulation.advance_to(0.8, kNeverStop);
+  simulation.advance_to(0.5);
+  simulation.advance_to(0.8);
   const Metrics m = simulation.metrics();
   const Vec3 force = force_of(m, "ground") / (m.mass * kG);
   INFO("of the weight " << force.transpose());
@@ -177,7 +177,7 @@ TEST_CASE("what the ground gives to a ball in an impact is the ball's change of 
   const Vec3 before = simulation.metrics().momentum;
   Vec3 impulse = Vec3::Zero();
   for (int frame = 1; frame <= 20; ++frame) {
-    simulation.advance_to(5e-3 * frame, kNeverStop);
+    simulation.advance_to(5e-3 * frame);
     const Metrics now = simulation.metrics();
     impulse += 5e-3 * force_of(now, "ground");
     const Vec3 gained = now.momentum - before;
@@ -199,8 +199,8 @@ TEST_CASE("the two sides of a groove bear a ball together, each half", "[physics
     setup.colliders.push_back(named("left", plane(Vec3::Zero(), Vec3(1, 1, 0), Contact::separating, 0)));
     setup.colliders.push_back(named("right", plane(Vec3::Zero(), Vec3(-1, 1, 0), Contact::separating, 0)));
     Simulation simulation(best_kernels(), setup);
-    simulation.advance_to(1.0, kNeverStop);
-    simulation.advance_to(1.4, kNeverStop);
+    simulation.advance_to(1.0);
+    simulation.advance_to(1.4);
     const Metrics m = simulation.metrics();
     const Vec3 left = force_of(m, "left") / (m.mass * kG), right = force_of(m, "right") / (m.mass * kG);
     INFO("asleep " << m.particles_asleep << " of " << m.particles << ", of the weight " << left.transpose()
@@ -216,11 +216,11 @@ TEST_CASE("a plate that presses on a bed adds its force to what the ground bears
       box("plate", Vec3(0, 12, 0) * kDx, Vec3(8, 4, 8) * kDx,
           {{0.6, Vec3::Zero(), Mat3::Identity()}, {1.0, Vec3(0, -4.5 * kDx, 0), Mat3::Identity()}}));
   Simulation simulation(best_kernels(), setup);
-  simulation.advance_to(0.6, kNeverStop);
+  simulation.advance_to(0.6);
   double sum = 0, last = 0;
   const int frames = 10;
   for (int frame = 1; frame <= frames; ++frame) {
-    simulation.advance_to(0.6 + 0.4 * frame / frames, kNeverStop);
+    simulation.advance_to(0.6 + 0.4 * frame / frames);
     const Metrics m = simulation.metrics();
     last = force_of(m, "plate").y();
     sum += last + force_of(m, "ground").y();
@@ -231,8 +231,8 @@ TEST_CASE("a plate that presses on a bed adds its force to what the ground bears
   CHECK(sum / frames == Approx(weight).epsilon(0.02));  // the snow is as slow at the end as before
   CHECK(-last > 5 * weight);
 
-  simulation.advance_to(2.5, kNeverStop);  // the plate stands, the snow falls asleep under it
-  simulation.advance_to(2.6, kNeverStop);
+  simulation.advance_to(2.5);  // the plate stands, the snow falls asleep under it
+  simulation.advance_to(2.6);
   const Metrics m = simulation.metrics();
   const double plate = force_of(m, "plate").y(), bears = force_of(m, "ground").y();
   INFO("asleep " << m.particles_asleep << " of " << m.particles << ": " << plate << " N and " << bears
@@ -244,8 +244,8 @@ TEST_CASE("a plate that presses on a bed adds its force to what the ground bears
   simulation.save(saved);
   Simulation loaded(best_kernels(), setup);
   loaded.load(saved);
-  loaded.advance_to(2.7, kNeverStop);
-  simulation.advance_to(2.7, kNeverStop);
+  loaded.advance_to(2.7);
+  simulation.advance_to(2.7);
   for (const char* name : {"plate", "ground"})
     CHECK(force_of(loaded.metrics(), name) == force_of(simulation.metrics(), name));
 }
@@ -257,7 +257,7 @@ TEST_CASE("gravity and the colliders' forces are the change of momentum, frame b
   Metrics last = simulation.metrics();
   Vec3 most[3] = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
   for (int frame = 1; frame <= 40; ++frame) {
-    simulation.advance_to(4e-3 * frame, kNeverStop);
+    simulation.advance_to(4e-3 * frame);
     const Metrics now = simulation.metrics();
     const double time = now.time - last.time;
     const Vec3 expected = time * (now.mass * Vec3(0, -kG, 0) + sum_of_forces(now));
@@ -278,7 +278,7 @@ TEST_CASE("forces and plastic work have the same bits on any number of threads, 
     std::vector<Metrics> all;
     with_kernels_and_threads({1, 3}, [&](const kernels::KernelTable& table) {
       Simulation simulation(table, setup);
-      simulation.advance_to(setup.sleep ? 0.95 : 0.05, kNeverStop);
+      simulation.advance_to(setup.sleep ? 0.95 : 0.05);
       all.push_back(simulation.metrics());
     });
     for (const Metrics& m : all) {
@@ -293,14 +293,14 @@ TEST_CASE("forces and plastic work have the same bits on any number of threads, 
 
 TEST_CASE("a run that is stopped within a frame, saved and loaded tells the same forces", "[physics]") {
   Simulation whole(best_kernels(), violent()), stopped(best_kernels(), violent());
-  for (Simulation* simulation : {&whole, &stopped}) simulation->advance_to(0.01, kNeverStop);
+  for (Simulation* simulation : {&whole, &stopped}) simulation->advance_to(0.01);
   while (stopped.time() == 0.01) {  // a busy machine may stop it before its first step
-    std::atomic<bool> stop{false};
+    std::stop_source stop;
     std::thread stopper([&] {
       std::this_thread::sleep_for(std::chrono::milliseconds(30));
-      stop = true;
+      stop.request_stop();
     });
-    const bool arrived = stopped.advance_to(0.2, stop);
+    const bool arrived = stopped.advance_to(0.2, stop.get_token());
     stopper.join();
     REQUIRE_FALSE(arrived);
   }
@@ -308,8 +308,8 @@ TEST_CASE("a run that is stopped within a frame, saved and loaded tells the same
   stopped.save(saved);
   Simulation loaded(best_kernels(), violent());
   loaded.load(saved);
-  loaded.advance_to(0.2, kNeverStop);
-  whole.advance_to(0.2, kNeverStop);
+  loaded.advance_to(0.2);
+  whole.advance_to(0.2);
   const Metrics a = whole.metrics(), b = loaded.metrics();
   for (std::size_t k = 0; k < a.contacts.size(); ++k) CHECK(a.contacts[k].force == b.contacts[k].force);
   CHECK(a.plastic_work == b.plastic_work);
@@ -318,15 +318,15 @@ TEST_CASE("a run that is stopped within a frame, saved and loaded tells the same
 TEST_CASE("snow saved asleep, and partly asleep, weighs the same bits when loaded", "[physics]") {
   Simulation whole(best_kernels(), half_woken());
   for (const double time : {0.72, 0.9, 1.2}) {
-    whole.advance_to(time, kNeverStop);
+    whole.advance_to(time);
     std::stringstream saved;
     whole.save(saved);
     Simulation loaded(best_kernels(), half_woken());
     loaded.load(saved);
     INFO(time);
     for (const double later : {time, time + 0.02}) {
-      whole.advance_to(later, kNeverStop);
-      loaded.advance_to(later, kNeverStop);
+      whole.advance_to(later);
+      loaded.advance_to(later);
       const Metrics a = whole.metrics(), b = loaded.metrics();
       CHECK(a.particles_asleep > 0);
       CHECK(a.contacts[0].force == b.contacts[0].force);

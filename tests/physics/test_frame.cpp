@@ -64,12 +64,12 @@ TEST_CASE("in a domain that follows the slope a block slides at g (sin - mu cos)
   const SimulationSetup world = carried(slope_seen_along_it(), pose);
   CHECK((world.gravity - Vec3(0, -9.81, 0)).norm() < 1e-12);
   Simulation simulation(best_kernels(), in_frame_of(world, pose));
-  simulation.advance_to(0.1, kNeverStop);
+  simulation.advance_to(0.1);
   const Vec3 start = mean_velocity(simulation.metrics());
   const Vec3 down = Vec3(std::cos(kTilt), -std::sin(kTilt), 0);
   const double expected = 9.81 * (std::sin(kTilt) - kFriction * std::cos(kTilt));
   for (int k = 1; k <= 12; ++k) {
-    simulation.advance_to(0.1 + 0.025 * k, kNeverStop);
+    simulation.advance_to(0.1 + 0.025 * k);
     const double gained = (mean_velocity(simulation.metrics()) - start).dot(down);
     curve.add("turned by 35 degrees", {0.025 * k, gained, expected * 0.025 * k});
   }
@@ -84,8 +84,8 @@ TEST_CASE(
   const Pose pose = anywhere();
   const SimulationSetup local = slope_seen_along_it(), world = carried(local, pose);
   Simulation along(best_kernels(), local), turned(best_kernels(), in_frame_of(world, pose));
-  along.advance_to(0.2, kNeverStop);
-  turned.advance_to(0.2, kNeverStop);
+  along.advance_to(0.2);
+  turned.advance_to(0.2);
   const Metrics a = along.metrics(), b = turned.metrics();
   CHECK(b.steps == a.steps);
   CHECK((b.momentum - pose.rotation * a.momentum).norm() < 1e-4 * a.momentum.norm());
@@ -136,7 +136,7 @@ TEST_CASE("a slab runs as far down a slope in a turned domain as on a tilted pla
   for (const bool turned : {false, true}) {
     Simulation simulation(best_kernels(), turned ? in_frame_of(world, pose) : world);
     const double start = simulation.metrics().front;
-    simulation.advance_to(0.6, kNeverStop);
+    simulation.advance_to(0.6);
     way[turned] = simulation.metrics().front - start;
   }
   CAPTURE(way[0], way[1]);
@@ -162,8 +162,8 @@ TEST_CASE("colliders that move, and the domain's boundary, stand in a turned dom
   setup.frame = pose;
   Simulation simulation(best_kernels(), setup);
   const std::size_t placed = simulation.particle_count();
-  plain.advance_to(0.1, kNeverStop);
-  simulation.advance_to(0.1, kNeverStop);
+  plain.advance_to(0.1);
+  simulation.advance_to(0.1);
   Metrics m = simulation.metrics();
   CHECK(m.particles_left == 0);
   CHECK(m.bounds.min.x() > 0.04 + 0.2 - 0.5 * kDx);
@@ -175,8 +175,8 @@ TEST_CASE("colliders that move, and the domain's boundary, stand in a turned dom
   simulation.save(saved);
   Simulation resumed(best_kernels(), setup);
   resumed.load(saved);
-  simulation.advance_to(0.3, kNeverStop);
-  resumed.advance_to(0.3, kNeverStop);
+  simulation.advance_to(0.3);
+  resumed.advance_to(0.3);
   CHECK(resumed.state_hash() == simulation.state_hash());
   m = simulation.metrics();
   CHECK(m.particles_left > placed / 4);

@@ -94,9 +94,9 @@ TEST_CASE("a wall that moves pushes a block of snow ahead at its own speed", "[p
   setup.colliders.push_back(box("wall", Vec3(-2, 5, 4) * kDx, Vec3(3, 10, 12) * kDx,
                                 {at(0, Vec3::Zero()), at(1, Vec3(speed, 0, 0))}));
   Simulation simulation(best_kernels(), setup);
-  simulation.advance_to(0.5, kNeverStop);
+  simulation.advance_to(0.5);
   const double before = simulation.metrics().bounds.center().x();
-  simulation.advance_to(0.9, kNeverStop);
+  simulation.advance_to(0.9);
   const Metrics m = simulation.metrics();
   CHECK((m.bounds.center().x() - before) / 0.4 == Approx(speed).epsilon(0.02));
   CHECK(m.momentum.x() / m.mass == Approx(speed).epsilon(0.05));
@@ -111,10 +111,10 @@ TEST_CASE("a sticky plate that is lifted and turned carries the snow on it along
                                 {at(0.2, Vec3::Zero()), at(1.0, Vec3(0, 0.4, 0), 60)}));
   setup.colliders[0].contact = Contact::sticky;
   Simulation simulation(best_kernels(), setup);
-  simulation.advance_to(0.2, kNeverStop);
+  simulation.advance_to(0.2);
   const Pose start = setup.colliders[0].motion.pose(setup.colliders[0].shape.pose, 0.2);
   const Vec3 local = start.to_local(simulation.metrics().bounds.center());
-  simulation.advance_to(1.1, kNeverStop);
+  simulation.advance_to(1.1);
   const Pose end = setup.colliders[0].motion.pose(setup.colliders[0].shape.pose, 1.1);
   CHECK((simulation.metrics().bounds.center() - end.to_world(local)).norm() < kDx);
   CHECK(simulation.metrics().bounds.center().y() > 0.35);
@@ -122,14 +122,14 @@ TEST_CASE("a sticky plate that is lifted and turned carries the snow on it along
 
 TEST_CASE("a box that presses into a bed wakes it, packs it and leaves its imprint", "[physics]") {
   Simulation simulation(best_kernels(), pressed_bed());
-  simulation.advance_to(0.89, kNeverStop);
+  simulation.advance_to(0.89);
   CHECK(share_asleep(simulation) == 1);
   const Under before = under_foot(simulation);
-  simulation.advance_to(0.92, kNeverStop);
+  simulation.advance_to(0.92);
   CHECK(share_asleep(simulation) < 0.9);
-  simulation.advance_to(1.2, kNeverStop);
+  simulation.advance_to(1.2);
   CHECK(deepest_inside(simulation, pressed_bed().colliders[1]) < 1.5 * kDx);  // along its sharp edges
-  simulation.advance_to(2.3, kNeverStop);
+  simulation.advance_to(2.3);
   const Under after = under_foot(simulation);
   INFO("density " << before.density << " to " << after.density << ", top " << before.top << " to "
                   << after.top);
@@ -143,10 +143,10 @@ TEST_CASE("snow that sleeps on a floor falls when the floor is drawn away", "[ph
   setup.colliders[0] = box("floor", Vec3(0, -1.5 * kDx, 0), Vec3(30, 4, 30) * kDx,
                            {at(0.8, Vec3::Zero()), at(1.0, Vec3(0, -2, 0))});
   Simulation simulation(best_kernels(), setup);
-  simulation.advance_to(0.79, kNeverStop);
+  simulation.advance_to(0.79);
   CHECK(share_asleep(simulation) == 1);
   const double height = simulation.metrics().bounds.center().y();
-  simulation.advance_to(1.1, kNeverStop);
+  simulation.advance_to(1.1);
   CHECK(share_asleep(simulation) == 0);
   CHECK(height - simulation.metrics().bounds.center().y() == Approx(0.5 * 9.81 * 0.3 * 0.3).epsilon(0.05));
 }
@@ -158,7 +158,7 @@ TEST_CASE("a fast box does not pass through snow, and its speed limits the step"
   Simulation simulation(best_kernels(), setup);
   double deepest = 0;
   for (int k = 1; k <= 10; ++k) {
-    simulation.advance_to(0.01 * k, kNeverStop);
+    simulation.advance_to(0.01 * k);
     deepest = std::max(deepest, deepest_inside(simulation, setup.colliders[1]));
   }
   const double hindmost = simulation.metrics().bounds.min.x(), face = 9 * kDx;
@@ -177,7 +177,7 @@ TEST_CASE("with moving colliders the bits are the same for 1, 2 and 4 threads on
   std::uint64_t expected = 0;
   with_kernels_and_threads({1, 2, 4}, [&](const kernels::KernelTable& table) {
     Simulation simulation(table, pressed_bed());
-    simulation.advance_to(1.05, kNeverStop);
+    simulation.advance_to(1.05);
     const std::uint64_t hash = simulation.state_hash();
     if (expected == 0) expected = hash;
     CHECK(hash == expected);
@@ -187,13 +187,13 @@ TEST_CASE("with moving colliders the bits are the same for 1, 2 and 4 threads on
 TEST_CASE("a simulation saved while a collider moves continues bit for bit", "[physics]") {
   Simulation whole(best_kernels(), pressed_bed());
   for (const double time : {0.7, 0.913, 1.0, 1.15, 1.3}) {
-    whole.advance_to(time, kNeverStop);
+    whole.advance_to(time);
     std::stringstream saved;
     whole.save(saved);
     Simulation second(best_kernels(), pressed_bed());
     second.load(saved);
-    whole.advance_to(time + 0.03, kNeverStop);
-    second.advance_to(time + 0.03, kNeverStop);
+    whole.advance_to(time + 0.03);
+    second.advance_to(time + 0.03);
     INFO(time);
     CHECK(second.state_hash() == whole.state_hash());
     CHECK(second.metrics().particle_steps == whole.metrics().particle_steps);

@@ -82,8 +82,8 @@ TEST_CASE(
   Simulation soft(best_kernels(), powder), hard(best_kernels(), crust);
   const auto advance = [&](int from, int to) {  // in parts of 0.04 s
     for (int k = from; k <= to; ++k) {
-      soft.advance_to(0.04 * k, kNeverStop);
-      hard.advance_to(0.04 * k, kNeverStop);
+      soft.advance_to(0.04 * k);
+      hard.advance_to(0.04 * k);
       curve.add("powder", {0.04 * k, sag(soft, powder)});
       curve.add("ice_crust", {0.04 * k, sag(hard, crust)});
     }
@@ -114,7 +114,7 @@ TEST_CASE("each preset lasts five seconds of a thrown ball at the automatic dt",
     INFO(preset);
     Snapshot snapshot;
     for (int i = 1; i <= 50; ++i) {
-      REQUIRE(simulation.advance_to(0.1 * i, kNeverStop));
+      REQUIRE(simulation.advance_to(0.1 * i));
       const Metrics now = simulation.metrics();
       INFO("after " << 0.1 * i << " s");
       REQUIRE(std::isfinite(energy(now)));

@@ -99,7 +99,7 @@ TEST_CASE("a ball that rolls down a slope of sticky snow winds it up and grows b
   Curve curve("rolling_sticky", "series,way_m,grown,rolls");
   for (const double time : {0.3, 0.6, 0.9}) {
     for (int part = 5; part >= 0; --part) {
-      simulation.advance_to(time - 0.05 * part, kNeverStop);
+      simulation.advance_to(time - 0.05 * part);
       const Rolling r = rolling(simulation, mass(setup.snow[0]), sticky_layer());
       curve.add("sticky layer", {r.center.x() - setup.snow[0].position[0].x(), r.grown,
                                  r.spin * r.center.y() / r.velocity.x()});
@@ -117,7 +117,7 @@ TEST_CASE("a ball that rolls down a slope of sticky snow winds it up and grows b
   if (!makes_figures()) return;
   Simulation finer(best_kernels(), slope(sticky_layer(), kDx / 2));
   for (int k = 1; k <= 18; ++k) {
-    finer.advance_to(0.05 * k, kNeverStop);
+    finer.advance_to(0.05 * k);
     const Rolling r = rolling(finer, mass(setup.snow[0]), sticky_layer());
     curve.add("half the cell", {r.center.x() - setup.snow[0].position[0].x(), r.grown,
                                 r.spin * r.center.y() / r.velocity.x()});
@@ -135,7 +135,7 @@ TEST_CASE(
     const SimulationSetup setup = slope(layer);
     Simulation simulation(best_kernels(), setup);
     for (int k = 1; k <= 18; ++k) {  // some is thrown up and falls again
-      simulation.advance_to(0.05 * k, kNeverStop);
+      simulation.advance_to(0.05 * k);
       const Rolling r = rolling(simulation, mass(setup.snow[0]), layer);
       CHECK(r.grown < 0.1);
       curve.add(

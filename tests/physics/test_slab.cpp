@@ -85,7 +85,7 @@ TEST_CASE("a slab on a weak layer stands on 38 degrees", "[physics][figure]") {
   Simulation simulation(best_kernels(), setup);
   for (int k = 1; k <= 24; ++k) {
     const double time = 0.1 * k;
-    simulation.advance_to(time, kNeverStop);
+    simulation.advance_to(time);
     const Part slab = part_of(simulation, setup, kCrown, kLength);
     curve.add("not struck", {time, slab.way});
     INFO(time << " s");
@@ -102,11 +102,11 @@ TEST_CASE("broken at one spot, the weak layer lets the whole slab below go, and 
   Curve curve("slab_struck", "series,time_s,way_m");
   const auto advance_to = [&](double time) {
     for (double t = simulation.time() + 0.1; t < time - 0.05; t += 0.1) {
-      simulation.advance_to(t, kNeverStop);
+      simulation.advance_to(t);
       curve.add("struck: below", {t, part_of(simulation, setup, kTrigger + 0.5, kLength).way});
       curve.add("struck: crown", {t, part_of(simulation, setup, 0, kCrown).way});
     }
-    simulation.advance_to(time, kNeverStop);
+    simulation.advance_to(time);
   };
   advance_to(kTriggered);
   CHECK(std::abs(part_of(simulation, setup, kCrown, kLength).speed) < 0.05);
@@ -124,7 +124,7 @@ TEST_CASE("broken at one spot, the weak layer lets the whole slab below go, and 
 TEST_CASE("on well bonded snow the same slab bears the same blow", "[physics]") {
   const SimulationSetup setup = slope(well_bonded(), true);
   Simulation simulation(best_kernels(), setup);
-  simulation.advance_to(kTriggered + 1.2, kNeverStop);
+  simulation.advance_to(kTriggered + 1.2);
   const Part below = part_of(simulation, setup, kTrigger + 1, kLength);
   CHECK(std::abs(below.speed) < 0.05);
   CHECK(std::abs(below.way) < 0.05);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Snow that has come to rest sleeps, wakes when something moves beside it, and neither shows in where the
 // snow goes.
-#include <tbb/task_arena.h>
 
 #include <cmath>
 #include <sstream>
@@ -66,8 +65,8 @@ TEST_CASE("a bed at rest falls asleep where it would have stayed", "[physics]") 
   never.snow.push_back(bed());
   Simulation sleeping(best_kernels(), setup), awake(best_kernels(), never);
   const Metrics before = sleeping.metrics();
-  sleeping.advance_to(1.0, kNeverStop);
-  awake.advance_to(1.0, kNeverStop);
+  sleeping.advance_to(1.0);
+  awake.advance_to(1.0);
   const Metrics a = sleeping.metrics(), b = awake.metrics();
   CHECK(a.particles_asleep == a.particles);
   CHECK(b.particles_asleep == 0);
@@ -87,10 +86,10 @@ TEST_CASE("snow that flies never sleeps, not where it is let go nor where it tur
     setup.sleep = false;
     Simulation never(best_kernels(), setup);
     while (simulation.time() < 0.3) {
-      simulation.advance_to(simulation.time() + 0.01, kNeverStop);
+      simulation.advance_to(simulation.time() + 0.01);
       REQUIRE(simulation.metrics().particles_asleep == 0);
     }
-    never.advance_to(0.3, kNeverStop);
+    never.advance_to(0.3);
     CHECK(simulation.metrics().momentum.y() == Approx(never.metrics().momentum.y()).epsilon(1e-4));
   }
 }
@@ -101,7 +100,7 @@ TEST_CASE("without gravity, or when it is switched off, nothing sleeps", "[physi
   for (SimulationSetup* setup : {&floating, &off}) {
     setup->snow.push_back(bed());
     Simulation simulation(best_kernels(), *setup);
-    simulation.advance_to(0.8, kNeverStop);
+    simulation.advance_to(0.8);
     CHECK(simulation.metrics().particles_asleep == 0);
   }
 }
@@ -115,9 +114,9 @@ TEST_CASE("a slide that gathers a hundredth of g is not stopped by sleep", "[phy
   material.young_modulus = 1e6;
   setup.snow.push_back(fill(Vec3(0, 0.5 * kDx, 0), Vec3(12 * kDx, 4.5 * kDx, 8 * kDx), kDx, 2, material));
   Simulation simulation(best_kernels(), setup);
-  simulation.advance_to(0.1, kNeverStop);
+  simulation.advance_to(0.1);
   const double start = simulation.metrics().momentum.x();
-  simulation.advance_to(1.1, kNeverStop);
+  simulation.advance_to(1.1);
   const Metrics m = simulation.metrics();
   const double expected = 9.81 * (std::sin(angle) - friction * std::cos(angle));
   REQUIRE(expected < 0.0135 * 9.81);
@@ -126,15 +125,15 @@ TEST_CASE("a slide that gathers a hundredth of g is not stopped by sleep", "[phy
 
 TEST_CASE("a ball thrown onto a sleeping bed wakes it and goes where it goes without sleep", "[physics]") {
   Simulation sleeping(best_kernels(), bed_and_ball(true)), awake(best_kernels(), bed_and_ball(false));
-  sleeping.advance_to(0.55, kNeverStop);
-  awake.advance_to(0.55, kNeverStop);
+  sleeping.advance_to(0.55);
+  awake.advance_to(0.55);
   const Metrics before = sleeping.metrics();
   CHECK(share_asleep(sleeping) > 0.85);  // all but the ball
   CHECK(before.momentum.y() == Approx(awake.metrics().momentum.y()).epsilon(1e-3));
   double least = 1;
   for (int k = 1; k <= 40; ++k) {
-    sleeping.advance_to(0.55 + 0.01 * k, kNeverStop);
-    awake.advance_to(0.55 + 0.01 * k, kNeverStop);
+    sleeping.advance_to(0.55 + 0.01 * k);
+    awake.advance_to(0.55 + 0.01 * k);
     const Metrics a = sleeping.metrics();
     least = std::min(least, share_asleep(sleeping));
     INFO(a.time);
@@ -144,7 +143,7 @@ TEST_CASE("a ball thrown onto a sleeping bed wakes it and goes where it goes wit
   }
   CHECK(least == 0);
   CHECK(sleeping.metrics().mass == before.mass);
-  sleeping.advance_to(2.5, kNeverStop);
+  sleeping.advance_to(2.5);
   CHECK(share_asleep(sleeping) == 1);
 }
 
@@ -158,10 +157,10 @@ TEST_CASE("a sleeping tower struck at its foot goes where it goes without sleep"
         fill(Vec3(-4 * kDx, 4 * kDx, -4 * kDx), Vec3(4 * kDx, 16 * kDx, 4 * kDx), kDx, 2, firm));
     setup.snow.push_back(ball(Vec3(-10.3, 0.2, 0), 4 * kDx, kDx, firm, Vec3(12, 4, 0)));
     Simulation simulation(best_kernels(), setup);
-    simulation.advance_to(0.8, kNeverStop);
+    simulation.advance_to(0.8);
     const Vec3 stood = center_of(simulation, 0);
     CHECK((share_asleep(simulation) > 0.7) == sleep);
-    simulation.advance_to(1.1, kNeverStop);
+    simulation.advance_to(1.1);
     CHECK(share_asleep(simulation) == 0);
     struck[sleep] = center_of(simulation, 0);
     CHECK((struck[sleep] - stood).norm() > 2 * kDx);
@@ -171,7 +170,7 @@ TEST_CASE("a sleeping tower struck at its foot goes where it goes without sleep"
 
 TEST_CASE("snow that sleeps on nothing falls, all of it, once something moves beside it", "[physics]") {
   Simulation before(best_kernels(), bed_and_ball(true));
-  before.advance_to(0.55, kNeverStop);
+  before.advance_to(0.55);
   std::stringstream saved;
   before.save(saved);
   SimulationSetup bottomless = bed_and_ball(true);  // the ground is gone while the bed sleeps
@@ -179,10 +178,10 @@ TEST_CASE("snow that sleeps on nothing falls, all of it, once something moves be
   Simulation simulation(best_kernels(), bottomless);
   simulation.load(saved);
   const Vec3 slept = center_of(simulation, 0);
-  simulation.advance_to(0.75, kNeverStop);  // struck at 0.6 s
+  simulation.advance_to(0.75);  // struck at 0.6 s
   CHECK(share_asleep(simulation) == 0);
   const Vec3 falling = center_of(simulation, 0);
-  simulation.advance_to(0.95, kNeverStop);
+  simulation.advance_to(0.95);
   const Vec3 fallen = center_of(simulation, 0);
   CHECK(slept.y() - falling.y() > 0.5 * 9.81 * 0.1 * 0.1);
   CHECK((slept.y() - fallen.y()) > 0.5 * 9.81 * 0.3 * 0.3);
@@ -192,9 +191,9 @@ TEST_CASE("with sleep the bits are the same for 1, 2 and 4 threads on x86-64-v3 
   std::uint64_t expected = 0;
   with_kernels_and_threads({1, 2, 4}, [&](const kernels::KernelTable& table) {
     Simulation simulation(table, bed_and_ball(true));
-    simulation.advance_to(0.6, kNeverStop);
+    simulation.advance_to(0.6);
     CHECK(share_asleep(simulation) > 0.5);
-    simulation.advance_to(0.65, kNeverStop);
+    simulation.advance_to(0.65);
     const std::uint64_t hash = simulation.state_hash();
     if (expected == 0) expected = hash;
     CHECK(hash == expected);
@@ -205,15 +204,15 @@ TEST_CASE("a simulation saved while part of it sleeps continues bit for bit", "[
   Simulation whole(best_kernels(), bed_and_ball(true));
   for (const double time :
        {0.3, 0.5, 0.61, 0.9}) {  // settling, asleep but for the ball, waking, settling again
-    whole.advance_to(time, kNeverStop);
+    whole.advance_to(time);
     std::stringstream saved;
     whole.save(saved);
     Simulation second(best_kernels(), bed_and_ball(true));
     second.load(saved);
     INFO(time << ", " << share_asleep(whole));
     CHECK(second.metrics().particles_asleep == whole.metrics().particles_asleep);
-    whole.advance_to(time + 0.05, kNeverStop);
-    second.advance_to(time + 0.05, kNeverStop);
+    whole.advance_to(time + 0.05);
+    second.advance_to(time + 0.05);
     CHECK(second.state_hash() == whole.state_hash());
     CHECK(second.metrics().particles_asleep == whole.metrics().particles_asleep);
     CHECK(second.metrics().particle_steps == whole.metrics().particle_steps);

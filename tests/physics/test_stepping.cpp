@@ -66,7 +66,7 @@ TEST_CASE("the step adapts to packed snow and says so", "[physics]") {
   const TimeStep fresh = simulation.stable_step();
   CHECK(fresh.dt == Approx(kElasticCourant * 0.01 / 19.72).epsilon(1e-3));
   CHECK(contains(fresh.cause, "fresh snow, 19.7 m/s"));
-  simulation.advance_to(0.02, kNeverStop);
+  simulation.advance_to(0.02);
   const TimeStep packed = simulation.stable_step();
   CHECK(packed.dt < 0.5 * fresh.dt);
   CHECK(contains(packed.cause, "packed snow"));
@@ -76,7 +76,7 @@ TEST_CASE("advancing ends at the very time asked for, with steps of one length",
   Simulation simulation(best_kernels(), one_ball(0.01, Vec3::Zero()));
   const double limit = simulation.stable_step().dt;
   const double frame = 10.3 * limit;
-  simulation.advance_to(frame, kNeverStop);
+  simulation.advance_to(frame);
   CHECK(simulation.time() == frame);
   CHECK(simulation.metrics().steps == 11);
   CHECK(simulation.metrics().step.dt == Approx(frame / 11).epsilon(1e-9));
@@ -86,7 +86,7 @@ TEST_CASE("a fixed dt is kept and divides the frame", "[physics]") {
   SimulationSetup setup = one_ball(0.01, Vec3::Zero());
   setup.fixed_dt = 1e-4;
   Simulation simulation(best_kernels(), setup);
-  simulation.advance_to(0.01, kNeverStop);
+  simulation.advance_to(0.01);
   CHECK(simulation.metrics().steps == 100);
   CHECK(contains(simulation.stable_step().cause, "fixed"));
 }
@@ -98,7 +98,7 @@ TEST_CASE("a fixed dt that is far too long stops with step, particle and cause",
   const std::string message = message_of(
       [&] {
         Simulation simulation(best_kernels(), setup);
-        simulation.advance_to(1, kNeverStop);
+        simulation.advance_to(1);
       },
       ErrorCode::unstable);
   INFO(message);
@@ -112,7 +112,7 @@ TEST_CASE("the adaptive step keeps a hard impact stable and within the scene's e
   setup.colliders.push_back(plane(Vec3(0, -0.06, 0), Vec3(0, 1, 0), Contact::separating, 0.3));
   Simulation simulation(best_kernels(), setup);
   const Metrics before = simulation.metrics();
-  CHECK_NOTHROW(simulation.advance_to(0.02, kNeverStop));
+  CHECK_NOTHROW(simulation.advance_to(0.02));
   const Metrics after = simulation.metrics();
   const double gravity_gain = before.potential_energy - after.potential_energy;
   CHECK(after.kinetic_energy + after.elastic_energy < before.kinetic_energy + gravity_gain);

@@ -52,7 +52,7 @@ TEST_CASE("fast snow does not go through a plate of a tenth of a cell, wherever 
         Simulation simulation(best_kernels(), thrown_at(collider, 20));
         INFO("thickness " << thick << ", at " << shift << ", tilted by " << tilt);
         for (int frame = 1; frame <= 8; ++frame) {
-          simulation.advance_to(0.01 * frame, kNeverStop);
+          simulation.advance_to(0.01 * frame);
           const double gone = through(simulation, collider.shape, turn.col(1));
           REQUIRE(gone < 0);
           std::ostringstream plate_name;
@@ -69,7 +69,7 @@ TEST_CASE("what a thin plate takes from the snow is in its force", "[physics]") 
   SimulationSetup setup = thrown_at(plate(Vec3(0, 0.3 * kDx, 0), Vec3(2, 0.1 * kDx, 2)), 8);
   Simulation simulation(best_kernels(), setup);
   const Metrics start = simulation.metrics();
-  simulation.advance_to(0.02, kNeverStop);
+  simulation.advance_to(0.02);
   const Metrics end = simulation.metrics();
   const Vec3 given = end.momentum - start.momentum - 0.02 * end.mass * setup.gravity;
   CHECK(given.y() > 0.5 * start.mass * 8);
@@ -90,7 +90,7 @@ TEST_CASE("a thin blade sweeps a channel clean: nothing goes through it", "[phys
   setup.colliders.push_back(blade);
   Simulation simulation(best_kernels(), setup);
   for (int frame = 1; frame <= 10; ++frame) {
-    simulation.advance_to(0.01 * frame, kNeverStop);
+    simulation.advance_to(0.01 * frame);
     const Shape now{blade.shape.form, blade.motion.pose(blade.shape.pose, simulation.time())};
     const double gone = through(simulation, now, Vec3(1, 0, 0));
     REQUIRE(gone < 0);
@@ -103,7 +103,7 @@ TEST_CASE("with thin colliders the bits are the same for any number of threads o
   std::uint64_t expected = 0;
   with_kernels_and_threads({1, 3}, [&](const kernels::KernelTable& table) {
     Simulation simulation(table, thrown_at(plate(Vec3(0, 0.3 * kDx, 0), Vec3(2, 0.1 * kDx, 2)), 8));
-    simulation.advance_to(0.03, kNeverStop);
+    simulation.advance_to(0.03);
     if (expected == 0) expected = simulation.state_hash();
     CHECK(simulation.state_hash() == expected);
   });

@@ -76,7 +76,7 @@ std::vector<std::pair<double, float>> met_balls(double dx) {
   setup.snow.push_back(ball(Vec3(-0.065, 0, 0), radius, setup.dx, Material{}, Vec3(4, 0, 0)));
   setup.snow.push_back(ball(Vec3(0.065, 0, 0), radius, setup.dx, Material{}, Vec3(-4, 0, 0)));
   Simulation simulation(best_kernels(), setup);
-  simulation.advance_to(0.012, kNeverStop);
+  simulation.advance_to(0.012);
   Snapshot snow;
   simulation.snapshot(snow);
   std::vector<std::pair<double, float>> along;
@@ -144,7 +144,7 @@ TEST_CASE("a closed system of snow that yields never has more energy than at its
   double most = 0, last = start;
   Curve curve("closed_collision", "series,time_s,energy");
   for (int frame = 1; frame <= 40; ++frame) {
-    REQUIRE(simulation.advance_to(1e-3 * frame, kNeverStop));
+    REQUIRE(simulation.advance_to(1e-3 * frame));
     last = energy(simulation.metrics());
     curve.add("two balls meet", {simulation.time(), last / start});
     most = std::max(most, last);
@@ -166,7 +166,7 @@ TEST_CASE("snow that falls on the ground never has more energy than it was dropp
   double most = 0, last = start;
   Curve curve("closed_fall", "series,time_s,energy");
   for (int frame = 1; frame <= 60; ++frame) {
-    REQUIRE(simulation.advance_to(2e-3 * frame, kNeverStop));
+    REQUIRE(simulation.advance_to(2e-3 * frame));
     last = energy(simulation.metrics());
     curve.add("a ball on the ground", {simulation.time(), last / start});
     most = std::max(most, last);
@@ -272,7 +272,7 @@ TEST_CASE("the work of a plate that packs snow slowly is elastic energy and plas
     double work = 0;
     const int frames = 50;
     for (int frame = 1; frame <= frames; ++frame) {
-      simulation.advance_to(kTime * frame / frames, kNeverStop);
+      simulation.advance_to(kTime * frame / frames);
       m = simulation.metrics();
       work += m.contacts.back().force.dot(way) / frames;  // the mean force, at an even speed
       if (&material != materials) continue;
@@ -310,7 +310,7 @@ TEST_CASE(
     const double start = energy(before);
     double last = 0, least = INFINITY, most = 0;  // of what is left of the balance, over `start`
     for (int frame = 1; frame <= 40; ++frame) {
-      REQUIRE(simulation.advance_to(1e-3 * frame, kNeverStop));
+      REQUIRE(simulation.advance_to(1e-3 * frame));
       const Metrics m = simulation.metrics();
       CHECK(m.plastic_work >= last);
       last = m.plastic_work;
@@ -340,7 +340,7 @@ TEST_CASE("yielding never makes energy: the plastic work of every preset only gr
     const double start = energy(simulation.metrics());
     double last = 0;
     for (int frame = 1; frame <= 60; ++frame) {
-      simulation.advance_to(1e-3 * frame, kNeverStop);
+      simulation.advance_to(1e-3 * frame);
       const double now = simulation.metrics().plastic_work;
       CHECK(now >= last);
       last = now;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // The render grid: sorting, bounds, bad input, and independence of threads.
-#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +9,7 @@
 #include "src/core/error.h"
 #include "src/core/rng.h"
 #include "tests/catch.h"
+#include "tests/threads.h"
 #include "tests/trace/ray_cases.h"
 
 namespace firn::test::grid {
@@ -48,11 +48,12 @@ TEST_CASE("the grid holds every particle once, at its place") {
 TEST_CASE("the grid is the same for any number of threads") {
   const Snapshot snapshot = cloud(40000, 6, 2);
   std::vector<std::uint64_t> hashes;
-  for (const std::size_t threads : {1, 2, 4}) {
-    tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-    RenderGrid grid(best_trace());
-    grid.build(snapshot, {SnowLook{}});
-    hashes.push_back(fingerprint(grid));
+  for (const int threads : {1, 2, 4}) {
+    test::with_threads(threads, [&] {
+      RenderGrid grid(best_trace());
+      grid.build(snapshot, {SnowLook{}});
+      hashes.push_back(fingerprint(grid));
+    });
   }
   CHECK(hashes[0] == hashes[1]);
   CHECK(hashes[0] == hashes[2]);

@@ -2,7 +2,6 @@
 // The snow as a medium: the kernel that has rays collide in it against the optical depth of the twin. Of rays
 // of optical depth T a share of exp(-T) must pass; and of those that collide, the depth at which they do must
 // be exponential, cut off at T.
-#include <tbb/global_control.h>
 #include <Eigen/Geometry>
 
 #include <array>
@@ -15,6 +14,7 @@
 #include "src/core/parallel.h"
 #include "src/core/rng.h"
 #include "tests/catch.h"
+#include "tests/threads.h"
 #include "tests/trace/medium_scene.h"
 
 namespace firn::test::medium {
@@ -329,22 +329,25 @@ TEST_CASE("collisions have the same bits on v3 and v4, for any split, any thread
     std::vector<std::uint64_t> hashes;
     for (const auto* table : supported_kernels()) {
       if (std::string(table->isa) == "base") continue;
-      for (const std::size_t threads : {1, 2, 4}) {
-        tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-        const Scene scene(snapshot, {look_of(4)}, shape, {}, table->trace);
-        const RayStream asked = all_rays(scene.grid, 1000, 151);
-        const auto keys = keys_of(asked.size(), 152);
-        RayStream whole = asked, parts = asked, roomless = asked;
-        kernels::TraceGrid view = scene.field.view();
-        parallel_chunks(parts.size(), 37 * threads, [&](std::size_t, std::size_t begin, std::size_t end) {
-          table->trace.collide(view, scene.medium, parts.view(), keys.data(), nullptr, begin, end);
+      for (const int threads : {1, 2, 4}) {
+        test::with_threads(threads, [&] {
+          const Scene scene(snapshot, {look_of(4)}, shape, {}, table->trace);
+          const RayStream asked = all_rays(scene.grid, 1000, 151);
+          const auto keys = keys_of(asked.size(), 152);
+          RayStream whole = asked, parts = asked, roomless = asked;
+          kernels::TraceGrid view = scene.field.view();
+          parallel_chunks(parts.size(), 37 * static_cast<std::size_t>(threads),
+                          [&](std::size_t, std::size_t begin, std::size_t end) {
+                            table->trace.collide(view, scene.medium, parts.view(), keys.data(), nullptr,
+                                                 begin, end);
+                          });
+          scene.collide(whole, keys);
+          const Scene fresh(snapshot, {look_of(4)}, shape, {}, table->trace);
+          view = fresh.field.view();
+          view.list_room = 0;
+          table->trace.collide(view, fresh.medium, roomless.view(), keys.data(), nullptr, 0, roomless.size());
+          for (const RayStream* rays : {&whole, &parts, &roomless}) hashes.push_back(hash_of(*rays));
         });
-        scene.collide(whole, keys);
-        const Scene fresh(snapshot, {look_of(4)}, shape, {}, table->trace);
-        view = fresh.field.view();
-        view.list_room = 0;
-        table->trace.collide(view, fresh.medium, roomless.view(), keys.data(), nullptr, 0, roomless.size());
-        for (const RayStream* rays : {&whole, &parts, &roomless}) hashes.push_back(hash_of(*rays));
       }
     }
     for (const std::uint64_t hash : hashes) CHECK(hash == hashes[0]);

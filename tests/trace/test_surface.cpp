@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The smooth surface and the density of the snow: what they are against the particles, and the kernels that
 // meet rays with the surface against a fine march in double.
-#include <tbb/global_control.h>
 #include <Eigen/Geometry>
 
 #include <cmath>
@@ -11,6 +10,7 @@
 #include "src/core/rng.h"
 #include "src/render/snow/snow_field.h"
 #include "tests/catch.h"
+#include "tests/threads.h"
 #include "tests/trace/ray_cases.h"
 
 namespace firn::test::surface {
@@ -276,24 +276,25 @@ TEST_CASE("fields and hits have the same bits on v3 and v4 and for any number of
   std::vector<std::uint64_t> hashes;
   for (const auto* table : supported_kernels()) {
     if (std::string(table->isa) == "base") continue;
-    for (const std::size_t threads : {1, 2, 4}) {
-      tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-      const Scene scene(snapshot, table->trace);
-      std::uint64_t hash = 0;
-      const auto add = [&hash](float f) {
-        std::uint32_t bits;
-        std::memcpy(&bits, &f, sizeof bits);
-        hash = hash_keys(hash, bits);
-      };
-      for (std::size_t c = 0; c < scene.grid.brick_of_slot().size() * kernels::kBrickCorners; ++c)
-        add(scene.field.surface().fill[c]);
-      RayStream rays = make_rays(scene.grid, RayKind::random, 2000, 15);
-      meet(scene, rays, table->trace);
-      for (std::size_t i = 0; i < rays.size(); ++i) {
-        add(rays.t(i));
-        hash = hash_keys(hash, rays.hit(i));
-      }
-      hashes.push_back(hash);
+    for (const int threads : {1, 2, 4}) {
+      test::with_threads(threads, [&] {
+        const Scene scene(snapshot, table->trace);
+        std::uint64_t hash = 0;
+        const auto add = [&hash](float f) {
+          std::uint32_t bits;
+          std::memcpy(&bits, &f, sizeof bits);
+          hash = hash_keys(hash, bits);
+        };
+        for (std::size_t c = 0; c < scene.grid.brick_of_slot().size() * kernels::kBrickCorners; ++c)
+          add(scene.field.surface().fill[c]);
+        RayStream rays = make_rays(scene.grid, RayKind::random, 2000, 15);
+        meet(scene, rays, table->trace);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+          add(rays.t(i));
+          hash = hash_keys(hash, rays.hit(i));
+        }
+        hashes.push_back(hash);
+      });
     }
   }
   for (const std::uint64_t hash : hashes) CHECK(hash == hashes[0]);

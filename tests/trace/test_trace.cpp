@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // The trace kernels of every instruction set of this CPU against the brute-force reference in double.
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +9,7 @@
 #include "src/core/parallel.h"
 #include "src/core/rng.h"
 #include "tests/catch.h"
+#include "tests/threads.h"
 #include "tests/trace/ray_cases.h"
 
 namespace firn::test::trace {
@@ -173,12 +172,10 @@ TEST_CASE("threads that meet in the same cells find the same") {
   RayStream one = make_rays(alone, RayKind::random, 20000, 82), shadows = one;
   best_trace().closest(alone.view(), one.view(), 0, one.size());
   best_trace().occluded(alone.view(), shadows.view(), 0, shadows.size());
-  tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 4);
-  tbb::task_arena arena(4);
   for (int turn = 0; turn < 5; ++turn) {
     const RenderGrid shared = grid_of(snapshot);
     RayStream many = make_rays(shared, RayKind::random, 20000, 82), blocked = many;
-    arena.execute([&] {
+    test::with_threads(4, [&] {
       parallel_chunks(many.size(), 64, [&](std::size_t, std::size_t begin, std::size_t end) {
         best_trace().closest(shared.view(), many.view(), begin, end);
         best_trace().occluded(shared.view(), blocked.view(), begin, end);
