@@ -5,7 +5,7 @@
 #include <cstring>
 #include <limits>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 
 namespace firn::bench {
 

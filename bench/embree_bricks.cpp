@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <atomic>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/parallel.h"
 
 namespace firn::bench {

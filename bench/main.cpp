@@ -19,7 +19,7 @@
 #include "bench/sim.h"
 #include "bench/sphere.h"
 #include "bench/trace.h"
-#include "src/core/error.h"
+#include "firn/error.h"
 
 namespace {
 

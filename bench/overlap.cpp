@@ -16,7 +16,7 @@
 
 #include "bench/report.h"
 #include "bench/stopwatch.h"
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/io/manifest.h"
 #include "src/io/program.h"
 

@@ -4,7 +4,7 @@
 #include <fstream>
 
 #include "bench/machine.h"
-#include "src/core/error.h"
+#include "firn/error.h"
 
 namespace firn::bench {
 

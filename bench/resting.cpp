@@ -18,7 +18,7 @@
 #include "bench/report.h"
 #include "bench/runs.h"
 #include "bench/scene.h"
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/isa.h"
 #include "src/core/parallel.h"
 

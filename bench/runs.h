@@ -9,7 +9,7 @@
 
 #include "bench/naive.h"
 #include "bench/report.h"
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/mpm/state.h"
 
 namespace firn::bench {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/rng.h"
 
 namespace firn::bench {

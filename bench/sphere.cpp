@@ -11,7 +11,7 @@
 
 #include "bench/report.h"
 #include "bench/stopwatch.h"
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/isa.h"
 #include "src/render/renderer.h"
 

@@ -18,7 +18,7 @@
 #include "bench/trace_frame.h"
 #include "bench/trace_scene.h"
 #include "bench/tracer_firn.h"
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/isa.h"
 
 namespace firn::bench {

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/rng.h"
 #include "src/particles/sort.h"
 

@@ -22,7 +22,7 @@ ROWS = [
     ("physics", 6, ["physics"]),
     ("scenes", 3, ["scenes"]),
     ("runs and program", 4, ["program", "bits", "runs"]),
-    ("Python and examples", 2, ["python", "examples"]),
+    ("Python and examples", 2, ["library", "python"]),
     ("sanitizers", 6, []),
     ("terrain", 2, ["terrain"]),
     ("view", 2, ["view"]),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What the program ends with, for scripts.
 #pragma once
-#include "src/core/error.h"
+#include "firn/error.h"
 
 namespace firn {
 

@@ -8,7 +8,7 @@
 #include <iostream>
 #include <limits>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/io/program.h"
 #include "src/io/version.h"
 #include "src/scene/suggest.h"

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "firn/session.h"
 #include "src/scene/scene.h"
-#include "src/session/sessions.h"
 
 namespace firn {
 

@@ -11,7 +11,7 @@
 #include <string>
 #include <thread>
 
-#include "src/session/observer.h"
+#include "firn/observer.h"
 
 namespace firn {
 

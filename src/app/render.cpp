@@ -9,13 +9,13 @@
 namespace firn {
 
 ExitCode render_command(const Options& options) {
-  RunKind kind;
-  kind.movie = false;
-  kind.frames = std::pair(0, 0);
+  SessionOptions session = options.session;
+  session.movie = false;
   return run_session(options, [&](Observer& observer) {
     if (std::filesystem::is_directory(options.target))
-      return render_session(options.target, options.reading(), options.session, observer);
-    return start_session(read_scene(options.target, options.reading()), kind, options.session, observer);
+      return Session::render(options.target, session, options.reading(), observer);
+    if (!session.frames) session.frames = std::pair(0, 0);
+    return Session::start(Scene::read(options.target, options.reading()), session, observer);
   });
 }
 

@@ -5,8 +5,9 @@
 namespace firn {
 
 ExitCode resume_command(const Options& options) {
-  return run_session(
-      options, [&](Observer& observer) { return resume_session(options.target, options.session, observer); });
+  return run_session(options, [&](Observer& observer) {
+    return Session::resume(options.target, options.session, observer);
+  });
 }
 
 }  // namespace firn

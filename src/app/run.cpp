@@ -6,7 +6,7 @@ namespace firn {
 
 ExitCode run_command(const Options& options) {
   return run_session(options, [&](Observer& observer) {
-    return start_session(read_scene(options.target, options.reading()), {}, options.session, observer);
+    return Session::start(Scene::read(options.target, options.reading()), options.session, observer);
   });
 }
 

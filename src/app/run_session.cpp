@@ -8,14 +8,17 @@
 #include "src/app/interrupt.h"
 #include "src/app/progress.h"
 #include "src/app/report.h"
+#include "src/core/threads.h"
+#include "src/io/manifest.h"
 #include "src/io/program.h"
+#include "src/io/run_folder.h"
 
 namespace firn {
 namespace {
 
 // The command that goes on with an interrupted session.
 std::string command_again(const Options& options, const Session& session, const std::vector<int>& left) {
-  if (!session.shared) return shell_line({"firn", "resume", as_operand(session.folder().path().string())});
+  if (!session.shares()) return shell_line({"firn", "resume", as_operand(session.folder())});
   std::vector<std::string> words = {"firn", "render", as_operand(options.target)};
   if (options.session.overwrite) words.push_back("--overwrite");
   if (!left.empty()) {
@@ -25,22 +28,33 @@ std::string command_again(const Options& options, const Session& session, const 
   return shell_line(words);
 }
 
+// Of a run that others render too: what all of them made, with this one's threads.
+std::string closing_report(const Options& options, const Session& session,
+                           const std::vector<StageInterval>& intervals) {
+  const RunFolder folder = RunFolder::open(session.folder());
+  Manifest manifest = read_manifest(folder.manifest(), folder.journal());
+  if (session.shares()) {
+    manifest.pictures = true;
+    manifest.threads = Threads::count_of(options.session.threads);
+  }
+  return closing_report(folder, manifest, intervals);
+}
+
 }  // namespace
 
-ExitCode run_session(const Options& options,
-                     const std::function<std::unique_ptr<Session>(Observer&)>& begin) {
+ExitCode run_session(const Options& options, const std::function<Session(Observer&)>& begin) {
   Progress progress(options.quiet);
-  const std::unique_ptr<Session> session = begin(progress);
-  const SessionResult result = session->run(stop_of_signals());
-  const std::string folder = session->folder().path().string();
+  Session session = begin(progress);
+  const SessionResult result = session.run(stop_of_signals());
+  const std::string folder = session.folder();
   if (result.interrupted) {
-    session->tell("Interrupted. " + std::to_string(result.kept) +
-                  (result.kept == 1 ? " finished frame is" : " finished frames are") + " kept in " + folder +
-                  ". Continue with: " + command_again(options, *session, result.left));
-  } else if (session->nothing_to_do) {
-    session->tell("This run is complete.");
+    session.tell("Interrupted. " + std::to_string(result.kept) +
+                 (result.kept == 1 ? " finished frame is" : " finished frames are") + " kept in " + folder +
+                 ". Continue with: " + command_again(options, session, result.left));
+  } else if (result.nothing_to_do) {
+    session.tell("This run is complete.");
   } else {
-    session->tell(closing_report(session->folder(), session->manifest(), result.intervals));
+    session.tell(closing_report(options, session, result.intervals));
   }
   std::cout << folder << "\n";
   return result.interrupted ? ExitCode::interrupted : ExitCode::ok;

@@ -5,12 +5,12 @@
 namespace firn {
 
 ExitCode simulate_command(const Options& options) {
-  RunKind kind;
-  kind.pictures = false;
-  kind.particles = true;
-  kind.movie = false;
+  SessionOptions session = options.session;
+  session.pictures = false;
+  session.particles = true;
+  session.movie = false;
   return run_session(options, [&](Observer& observer) {
-    return start_session(read_scene(options.target, options.reading()), kind, options.session, observer);
+    return Session::start(Scene::read(options.target, options.reading()), session, observer);
   });
 }
 

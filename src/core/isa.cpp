@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "src/core/isa.h"
 
-#include "src/core/error.h"
+#include "firn/error.h"
 
 namespace firn {
 

@@ -2,6 +2,7 @@
 // The threads of one owner, such as a session: several of them may be at work in a process without knowing of
 // each other, and none changes a setting of the whole process.
 #pragma once
+#include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -12,9 +13,9 @@ namespace firn {
 
 class Threads {
  public:
-  // As many as asked for; 0 or less: as many as the machine has. More than it has work at the same time only
-  // where the process allows them (tbb::global_control).
-  explicit Threads(int count = 0) : arena_(count_of(count)) {}
+  // As many as asked for, where the process allows them (tbb::global_control); 0 or less: as many as the
+  // machine has.
+  explicit Threads(int count = 0) : arena_(std::min(count_of(count), most())) {}
 
   static int count_of(int asked) {
     return asked > 0 ? asked : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -28,6 +29,11 @@ class Threads {
   }
 
  private:
+  // More would be had no sooner, and oneTBB would print a warning.
+  static int most() {
+    return static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
+  }
+
   tbb::task_arena arena_;
 };
 

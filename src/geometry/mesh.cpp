@@ -9,7 +9,7 @@
 #include <map>
 #include <utility>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 
 namespace firn {
 namespace {

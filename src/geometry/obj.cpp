@@ -12,7 +12,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/geometry/mesh.h"
 
 namespace firn {

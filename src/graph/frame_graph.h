@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "firn/observer.h"
 #include "src/particles/snapshot.h"
 #include "src/render/film/picture.h"
 
@@ -34,13 +35,6 @@ struct FrameStages {
   // Asked just before a frame is simulated; false passes the frame over: somebody else makes it. May be
   // empty.
   std::function<bool(int)> claim = {};
-};
-
-struct StageInterval {  // who ran when, for the Chrome trace and the overlap figure
-  const char* stage;    // "simulate", "trace", "write"
-  int frame;
-  double begin, end;  // s since the start of the run
-  int thread;         // of the arena
 };
 
 struct FrameGraphOptions {

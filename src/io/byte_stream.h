@@ -8,7 +8,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 
 namespace firn {
 

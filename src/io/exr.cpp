@@ -2,7 +2,7 @@
 #include "src/io/exr.h"
 
 #include "build_facts.h"
-#include "src/core/error.h"
+#include "firn/error.h"
 
 #if FIRN_OPENEXR
 #include <ImfChannelList.h>

@@ -13,7 +13,7 @@
 #include <memory>
 #include <new>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/memory.h"
 
 namespace firn {

@@ -17,7 +17,7 @@
 #include <sstream>
 #include <string_view>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 
 namespace firn {
 namespace {

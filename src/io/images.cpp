@@ -9,7 +9,7 @@
 #include <cstring>
 #include <sstream>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/io/exr.h"
 #include "src/io/file.h"
 

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/io/file.h"
 
 namespace firn {

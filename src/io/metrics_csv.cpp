@@ -4,7 +4,7 @@
 
 #include <sstream>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/io/file.h"
 
 namespace firn {

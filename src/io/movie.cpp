@@ -5,7 +5,7 @@
 
 #include <sstream>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/io/program.h"
 
 namespace firn {

@@ -12,7 +12,7 @@
 #include <thread>
 #include <utility>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/io/file.h"
 #include "src/io/program.h"
 

@@ -4,11 +4,21 @@
 #include <chrono>
 #include <ctime>
 #include <fstream>
+#include <string_view>
 
 #include "build_facts.h"
 #include "revision.h"
 
+#define FIRN_QUOTED(x) #x
+#define FIRN_TEXT(x) FIRN_QUOTED(x)
+#define FIRN_VERSION_TEXT       \
+  FIRN_TEXT(FIRN_VERSION_MAJOR) \
+  "." FIRN_TEXT(FIRN_VERSION_MINOR) "." FIRN_TEXT(FIRN_VERSION_PATCH)
+
 namespace firn {
+
+static_assert(std::string_view(FIRN_VERSION) == FIRN_VERSION_TEXT,
+              "firn/version.h and meson.build name one version");
 
 std::string version() { return FIRN_VERSION; }
 std::string revision() { return FIRN_REVISION; }

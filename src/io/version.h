@@ -3,10 +3,10 @@
 #pragma once
 #include <string>
 
+#include "firn/version.h"
+
 namespace firn {
 
-std::string version();     // "0.1.0"
-std::string revision();    // git commit, "-dirty" if changed, or "unknown"
 std::string compiler();    // "GCC 12.2.0"
 std::string build_type();  // meson's: "release", "debug", ...
 std::string cpu_name();    // as /proc/cpuinfo names it, or "unknown"

@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <memory>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/parallel.h"
 #include "src/io/file.h"
 #include "src/io/images.h"

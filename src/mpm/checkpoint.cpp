@@ -6,7 +6,7 @@
 #include <istream>
 #include <ostream>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/rng.h"
 #include "src/mpm/state.h"
 

@@ -5,7 +5,7 @@
 
 #include <Eigen/LU>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/parallel.h"
 #include "src/mpm/state.h"
 

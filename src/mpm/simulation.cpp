@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/mpm/state.h"
 
 namespace firn {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/mpm/colliders.h"
 #include "src/mpm/state.h"
 

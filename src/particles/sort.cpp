@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/parallel.h"
 
 namespace firn {

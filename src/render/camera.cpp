@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/portable_math.h"
 #include "src/render/sampling/directions.h"
 

@@ -7,8 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "firn/error.h"
 #include "kernels/table.h"
-#include "src/core/error.h"
 #include "src/core/parallel.h"
 #include "src/render/film/adaptive.h"
 #include "src/render/film/denoise.h"

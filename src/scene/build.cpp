@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <optional>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/memory.h"
 #include "src/core/rng.h"
 #include "src/scene/clumps.h"

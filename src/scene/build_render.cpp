@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <iterator>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/memory.h"
 #include "src/scene/load_texture.h"
 #include "src/scene/place_shape.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/io/images.h"
 #include "src/scene/validate.h"
 

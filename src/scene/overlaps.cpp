@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <string>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/parallel.h"
 #include "src/scene/validate.h"
 

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <optional>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/scene/schema.h"
 #include "src/scene/suggest.h"
 
@@ -154,7 +154,31 @@ void apply_quick(RawTable& root) {
 
 void apply_override(RawTable& root, const SceneOverride& change) {
   const std::string where = "--set " + change.path;
-  apply(root, {split(change.path), where, parse_toml_value(change.value, where)});
+  set_value(root, change.path, parse_toml_value(change.value, where));
+}
+
+void set_value(RawTable& root, const std::string& path, const RawValue& value) {
+  apply(root, {split(path), value.where, value});
+}
+
+void add_table(RawTable& root, const std::string& list, RawValue table) {
+  const TableSpec* spec = find_table(list);
+  if (list.empty() || !spec || !spec->repeated) {
+    std::vector<std::string> names;
+    for (const TableSpec& known : schema()) {
+      if (known.repeated) names.push_back(known.name);
+    }
+    throw Error(ErrorCode::usage, table.where,
+                (spec && !list.empty() ? "'" + list + "' stands in a scene once: set its keys"
+                                       : "unknown list '" + list + "'" + suggestion(list, names)));
+  }
+  RawValue* records = root.find(list);
+  if (!records) records = &root.set(list, table.where, RawValue{RawArray{}, table.where});
+  if (!records->array()) {
+    throw Error(ErrorCode::usage, records->where,
+                "'" + list + "' is a list of tables: write [[" + list + "]]");
+  }
+  records->array()->push_back(std::move(table));
 }
 
 }  // namespace firn

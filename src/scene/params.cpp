@@ -3,7 +3,7 @@
 #include <ostream>
 #include <sstream>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/text.h"
 #include "src/scene/presets.h"
 #include "src/scene/scene.h"

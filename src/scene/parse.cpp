@@ -10,7 +10,7 @@
 #include <optional>
 #include <string_view>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/scene/schema.h"
 #include "src/scene/suggest.h"
 
@@ -163,7 +163,7 @@ std::vector<CameraKey> camera_keys(const KeySpec& key, const RawValue& raw) {
   return keys;
 }
 
-Value convert(const KeySpec& key, const RawValue& raw) {
+KeyValue convert(const KeySpec& key, const RawValue& raw) {
   switch (key.type) {
     case ValueType::boolean:
       if (!std::holds_alternative<bool>(raw.value)) refuse_type(key, raw);
@@ -196,7 +196,7 @@ struct Record {
   SceneConfig& scene;
   const TableSpec& table;
   std::size_t index;
-  std::map<std::string, Value> given = {};
+  std::map<std::string, KeyValue> given = {};
 
   std::string title() const {
     const auto name = given.find("name");

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <map>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/rng.h"
 #include "src/geometry/height_field.h"
 #include "src/geometry/mesh.h"

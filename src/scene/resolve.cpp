@@ -8,7 +8,7 @@
 namespace firn {
 namespace {
 
-bool is_empty_text(const Value& value) {
+bool is_empty_text(const KeyValue& value) {
   const auto* text = std::get_if<std::string>(&value);
   return text && text->empty();
 }

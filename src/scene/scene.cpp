@@ -5,13 +5,14 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/io/file.h"
 #include "src/scene/name.h"
 #include "src/scene/override.h"
 #include "src/scene/parse.h"
 #include "src/scene/toml_text.h"
 #include "src/scene/validate.h"
+#include "src/scene/value.h"
 
 namespace firn {
 namespace {
@@ -82,12 +83,14 @@ void check_quick(RawTable root, const std::string& file) {
   parse_scene(root, file);
 }
 
-}  // namespace
-
-SceneConfig read_scene_text(const std::string& text, const std::string& file, const ReadOptions& options) {
+RawTable read_tree(const std::string& text, const std::string& file, const ReadOptions& options) {
   RawTable root = parse_toml(text, file);
   if (!options.quick && root.find("quick")) check_quick(root, file);
   apply_overrides(root, file, options);
+  return root;
+}
+
+SceneConfig config_of_tree(const RawTable& root, const std::string& file) {
   SceneConfig scene = parse_scene(root, file);
   complete(scene);
   validate(scene);
@@ -95,16 +98,8 @@ SceneConfig read_scene_text(const std::string& text, const std::string& file, co
   return scene;
 }
 
-std::vector<std::string> input_files(const SceneConfig& scene) {
-  std::vector<std::string> files;
-  for_each_file(scene, [&](const std::optional<std::string>& file) {
-    if (file && std::find(files.begin(), files.end(), *file) == files.end()) files.push_back(*file);
-  });
-  return files;
-}
-
-SceneConfig read_scene(const std::string& file, const ReadOptions& options) {
-  if (file == "-") return read_scene_text(read_standard_input(kMostBytes), "stdin", options);
+std::string text_of(const std::string& file) {
+  if (file == "-") return read_standard_input(kMostBytes);
   std::error_code unknown;  // and then reading says why
   if (std::filesystem::is_directory(file, unknown)) {
     const bool is_run = std::filesystem::exists(file + "/run.json", unknown);
@@ -117,7 +112,76 @@ SceneConfig read_scene(const std::string& file, const ReadOptions& options) {
     throw Error(ErrorCode::io, file,
                 "larger than " + std::to_string(kMostBytes >> 20) + " MiB: this is no scene file");
   }
-  return read_scene_text(read_file(file), file, options);
+  return read_file(file);
+}
+
+// What errors call it.
+std::string name_of(const std::string& file) { return file == "-" ? "stdin" : file; }
+
+}  // namespace
+
+std::vector<std::string> input_files(const SceneConfig& scene) {
+  std::vector<std::string> files;
+  for_each_file(scene, [&](const std::optional<std::string>& file) {
+    if (file && std::find(files.begin(), files.end(), *file) == files.end()) files.push_back(*file);
+  });
+  return files;
+}
+
+SceneConfig read_scene_text(const std::string& text, const std::string& file, const ReadOptions& options) {
+  return config_of_tree(read_tree(text, file, options), file);
+}
+
+SceneConfig read_scene(const std::string& file, const ReadOptions& options) {
+  return read_scene_text(text_of(file), name_of(file), options);
+}
+
+struct Scene::State {
+  RawTable root;
+  std::string file;
+};
+
+Scene::Scene(State state) : state_(std::make_unique<State>(std::move(state))) {}
+
+Scene::Scene(const std::string& name) : Scene(State{{}, "scene"}) { set("name", name); }
+Scene::Scene(const Scene& other) : Scene(State(*other.state_)) {}
+Scene::Scene(Scene&&) noexcept = default;
+Scene::~Scene() = default;
+
+Scene& Scene::operator=(Scene other) noexcept {
+  state_.swap(other.state_);
+  return *this;
+}
+
+Scene Scene::parse(const std::string& text, const std::string& file, const ReadOptions& options) {
+  Scene scene(State{read_tree(text, file, options), file});
+  scene.check();
+  return scene;
+}
+
+Scene Scene::read(const std::string& file, const ReadOptions& options) {
+  return parse(text_of(file), name_of(file), options);
+}
+
+Scene& Scene::set(const std::string& path, const Value& value, const Place& place) {
+  set_value(state_->root, path, raw(value, place.words()));
+  return *this;
+}
+
+Scene& Scene::add(const std::string& list, const Table& keys, const Place& place) {
+  add_table(state_->root, list, raw(keys, place.words()));
+  return *this;
+}
+
+SceneConfig config_of(const Scene& scene) { return config_of_tree(scene.state_->root, scene.state_->file); }
+
+void Scene::check() const { config_of(*this); }
+std::string Scene::toml() const { return resolved_toml(config_of(*this)); }
+int Scene::frames() const { return config_of(*this).time.frames; }
+
+double Scene::frame_time(int frame) const {
+  const SceneConfig scene = config_of(*this);
+  return frame * scene.time.speed / scene.time.fps;
 }
 
 }  // namespace firn

@@ -5,25 +5,15 @@
 #include <string>
 #include <vector>
 
+#include "firn/scene.h"
 #include "src/scene/config.h"
 
 namespace firn {
 
-// One `--set path=value`: "snow.young_modulus=2e5" (every [[snow]]), "snow[0].radius=0.1",
-// "snow.left.radius=0.1" (by name), "image.width=320". The value is TOML; a bare word is taken as a string.
-struct SceneOverride {
-  std::string path;
-  std::string value;
-};
+// Complete and free of contradictions. Errors: those of Scene::check().
+SceneConfig config_of(const Scene& scene);
 
-struct ReadOptions {
-  bool quick = false;  // apply the scene's [quick] table (same paths as --set, written as TOML)
-  std::vector<SceneOverride> overrides;  // after [quick]
-};
-
-// Errors: usage Error "scene.toml:12:3: ..." for syntax, unknown key (with "did you mean"), wrong type, out
-// of range, contradiction; io Error when the file cannot be read. The file "-" is the standard input, which
-// errors call "stdin".
+// Scene::read() and Scene::parse(), as what they are for the rooms below.
 SceneConfig read_scene(const std::string& file, const ReadOptions& options);
 SceneConfig read_scene_text(const std::string& text, const std::string& file, const ReadOptions& options);
 

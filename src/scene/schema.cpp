@@ -169,6 +169,6 @@ std::string type_text(const KeySpec& key) {
   }
 }
 
-std::string value_toml(const Value& value, ValueType type) { return std::visit(TomlText{type}, value); }
+std::string value_toml(const KeyValue& value, ValueType type) { return std::visit(TomlText{type}, value); }
 
 }  // namespace firn

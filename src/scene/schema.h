@@ -16,8 +16,8 @@
 namespace firn {
 
 enum class ValueType { boolean, integer, number, text, vector, color, list, key_frames, camera_keys };
-using Value = std::variant<bool, std::int64_t, double, std::string, Vec3, std::vector<std::string>,
-                           std::vector<KeyFrameConfig>, std::vector<CameraKey>>;
+using KeyValue = std::variant<bool, std::int64_t, double, std::string, Vec3, std::vector<std::string>,
+                              std::vector<KeyFrameConfig>, std::vector<CameraKey>>;
 
 // The allowed numbers; of a vector, of each component.
 struct Range {
@@ -55,8 +55,8 @@ struct KeySpec {
   std::string name;
   ValueType type;
   KeyNotes notes;
-  std::function<void(SceneConfig&, std::size_t index, const Value&)> set;
-  std::function<std::optional<Value>(const SceneConfig&, std::size_t index)> get;  // empty: absent
+  std::function<void(SceneConfig&, std::size_t index, const KeyValue&)> set;
+  std::function<std::optional<KeyValue>(const SceneConfig&, std::size_t index)> get;  // empty: absent
 };
 
 struct TableSpec {
@@ -83,6 +83,6 @@ std::string key_path(const TableSpec& table, std::size_t index, const std::strin
 
 std::string default_text(const TableSpec& table, const KeySpec& key);  // for people
 std::string type_text(const KeySpec& key);                             // "3 numbers", "one of ball, box", ...
-std::string value_toml(const Value& value, ValueType type);
+std::string value_toml(const KeyValue& value, ValueType type);
 
 }  // namespace firn

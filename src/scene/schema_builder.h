@@ -39,7 +39,7 @@ constexpr ValueType value_type() {
 
 // Enumerators are stored as their index among the choices.
 template <class T>
-T from_value(const Value& value, const std::vector<std::string>& choices) {
+T from_value(const KeyValue& value, const std::vector<std::string>& choices) {
   if constexpr (std::is_enum_v<T>) {
     const auto at = std::find(choices.begin(), choices.end(), std::get<std::string>(value));
     return static_cast<T>(at - choices.begin());
@@ -53,7 +53,7 @@ T from_value(const Value& value, const std::vector<std::string>& choices) {
 }
 
 template <class T>
-Value to_value(const T& field, const std::vector<std::string>& choices) {
+KeyValue to_value(const T& field, const std::vector<std::string>& choices) {
   if constexpr (std::is_enum_v<T>) {
     return choices[static_cast<std::size_t>(field)];
   } else if constexpr (std::is_integral_v<T> && !std::is_same_v<T, bool>) {
@@ -82,10 +82,10 @@ class TableBuilder {
     };
     const std::vector<std::string> choices = notes.choices;
     KeySpec key{name, value_type<T>(), std::move(notes), {}, {}};
-    key.set = [field, choices](SceneConfig& scene, std::size_t index, const Value& value) {
+    key.set = [field, choices](SceneConfig& scene, std::size_t index, const KeyValue& value) {
       field(scene, index) = from_value<T>(value, choices);
     };
-    key.get = [field, choices](const SceneConfig& scene, std::size_t index) -> std::optional<Value> {
+    key.get = [field, choices](const SceneConfig& scene, std::size_t index) -> std::optional<KeyValue> {
       const Field& value = field(const_cast<SceneConfig&>(scene), index);
       if constexpr (OptionalOf<Field>::value) {
         if (!value) return std::nullopt;

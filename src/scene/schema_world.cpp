@@ -200,7 +200,7 @@ TableSpec snow_table() {
                           {.choices = preset_names(),
                            .absent = "fresh",
                            .meaning = "material to start from; other keys beat it"});
-  preset.set = [write = preset.set](SceneConfig& scene, std::size_t index, const Value& value) {
+  preset.set = [write = preset.set](SceneConfig& scene, std::size_t index, const KeyValue& value) {
     write(scene, index, value);
     const Preset& named = find_preset(std::get<std::string>(value));
     scene.snow[index].material = named.material;

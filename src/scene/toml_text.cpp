@@ -8,7 +8,7 @@
 #include <cctype>
 #include <tuple>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/scene/toml_depth.h"
 
 namespace firn {

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <map>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/memory.h"
 #include "src/scene/name.h"
 #include "src/scene/suggest.h"

@@ -7,7 +7,7 @@
 #include <chrono>
 #include <filesystem>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/isa.h"
 #include "src/core/threads.h"
 #include "src/io/exr.h"
@@ -95,14 +95,14 @@ std::unique_ptr<Renderer> make_renderer(const SceneConfig& scene, const kernels:
 std::string isa_of(const SessionOptions& options, const Manifest& manifest) {
   if (options.isa == "auto") return manifest.isa == "base" ? "base" : "auto";
   if ((options.isa == "base") != (manifest.isa == "base")) {
-    throw Error(ErrorCode::usage, "--isa",
+    throw Error(ErrorCode::usage, options.isa,
                 "this run was begun with " + manifest.isa +
                     ", and the kernels of base and of AVX differ in the last bits");
   }
   return options.isa;
 }
 
-void tell_of_other_build(Session& run) {
+void tell_of_other_build(Session::State& run) {
   const Manifest& m = run.manifest();
   if (m.version == version() && m.revision == revision()) return;
   run.tell("This run was begun by firn " + m.version + " (" + m.revision + "), and goes on with " +

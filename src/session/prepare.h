@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "src/session/sessions.h"
+#include "src/session/session.h"
 
 namespace firn {
 
@@ -16,7 +16,7 @@ std::unique_ptr<Renderer> make_renderer(const SceneConfig& scene, const kernels:
 // The instruction set with which a run goes on. Errors: usage Error if its bits would be others.
 std::string isa_of(const SessionOptions& options, const Manifest& manifest);
 // Says so if another build of firn goes on with a run.
-void tell_of_other_build(Session& run);
+void tell_of_other_build(Session::State& run);
 
 // Errors: usage Error for pictures that are too large for the movie that can be made here.
 void require_movie(const SceneConfig& scene);

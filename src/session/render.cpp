@@ -27,6 +27,11 @@ std::pair<int, int> frames_to_show(const std::string& target, const SessionOptio
   const bool complete = run.status == "complete";
   const auto frames = options.frames.value_or(std::pair(complete ? run.first : run.frames.front().frame,
                                                         complete ? run.last : run.frames.back().frame));
+  if (frames.first < 0 || frames.first > frames.second) {
+    throw Error(ErrorCode::usage,
+                "frames " + std::to_string(frames.first) + "-" + std::to_string(frames.second),
+                "expected a first and a last frame, counted from 0");
+  }
   std::set<int> finished;
   for (const FrameRecord& record : run.frames) finished.insert(record.frame);
   for (int frame = frames.first; frame <= frames.second; ++frame) {
@@ -52,16 +57,16 @@ Manifest share(RunFolder& source) {
   return run;
 }
 
-std::unique_ptr<Session> begin_rendering(const std::string& target, const ReadOptions& reading,
-                                         const SessionOptions& options, Observer& observer) {
+std::unique_ptr<Session::State> begin_rendering(const std::string& target, const ReadOptions& reading,
+                                                const SessionOptions& options, Observer& observer) {
   RunFolder source = RunFolder::open(target);
   const Manifest simulated = options.out ? read_manifest(source.manifest(), source.journal()) : share(source);
   const auto& kernels = choose_kernels(options.out ? options.isa : isa_of(options, simulated));
   require_scene(source, simulated);
   const auto frames = frames_to_show(target, options, source, simulated);
   if (reading.quick)
-    throw Error(ErrorCode::usage, "--quick",
-                "a run has its size already; --set image.width and so on change its pictures");
+    throw Error(ErrorCode::usage, target,
+                "a run has its size already; image.width and so on change that of its pictures");
   std::error_code ignored;
   if (options.out && std::filesystem::equivalent(*options.out, target, ignored)) {
     throw Error(ErrorCode::usage, *options.out,
@@ -89,8 +94,9 @@ std::unique_ptr<Session> begin_rendering(const std::string& target, const ReadOp
   // Each slot is a claim on a frame: of shared ones a process takes the one that it traces and the next.
   manifest.slots = !options.overlap ? 1 : options.out ? kSlots : 2;
   manifest.threads = Threads::count_of(options.threads);
-  auto made = std::make_unique<Session>(std::move(source), std::move(scene), std::move(manifest), observer);
-  Session& run = *made;
+  auto made =
+      std::make_unique<Session::State>(std::move(source), std::move(scene), std::move(manifest), observer);
+  Session::State& run = *made;
   run.expected_seconds = expected_frame_seconds(run.scene(), nullptr, true, run.manifest().threads);
   run.renderer = std::move(renderer);
   run.recorded = std::move(snow);
@@ -104,9 +110,10 @@ std::unique_ptr<Session> begin_rendering(const std::string& target, const ReadOp
 
 }  // namespace
 
-std::unique_ptr<Session> render_session(const std::string& target, const ReadOptions& reading,
-                                        const SessionOptions& options, Observer& observer) {
-  return Threads(options.threads).run([&] { return begin_rendering(target, reading, options, observer); });
+Session Session::render(const std::string& run, const SessionOptions& options, const ReadOptions& changes,
+                        Observer& observer) {
+  return Session(
+      Threads(options.threads).run([&] { return begin_rendering(run, changes, options, observer); }));
 }
 
 }  // namespace firn

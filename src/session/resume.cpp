@@ -28,7 +28,7 @@ bool covers(const Checkpoint& checkpoint, const std::vector<int>& wanted) {
 }
 
 // The latest that can be used. One that cannot be read is told of and passed over.
-std::optional<Checkpoint> find_checkpoint(Session& run, const std::vector<int>& wanted) {
+std::optional<Checkpoint> find_checkpoint(Session::State& run, const std::vector<int>& wanted) {
   const std::string& scene = run.manifest().scene;
   for (const int frame : run.folder().saved_checkpoints()) {
     try {
@@ -42,7 +42,7 @@ std::optional<Checkpoint> find_checkpoint(Session& run, const std::vector<int>& 
   return std::nullopt;
 }
 
-void restore(Session& run, const std::vector<int>& wanted) {
+void restore(Session::State& run, const std::vector<int>& wanted) {
   if (auto checkpoint = find_checkpoint(run, wanted)) {
     run.simulated->restore(std::move(*checkpoint), wanted);
   } else if (wanted.front() > 0) {
@@ -52,7 +52,7 @@ void restore(Session& run, const std::vector<int>& wanted) {
 }
 
 // The snow of the frames that are to be made: of another run, of this run's own particle files, or simulated.
-void find_snow(Session& run, const Unfinished& unfinished, const kernels::KernelTable& kernels) {
+void find_snow(Session::State& run, const Unfinished& unfinished, const kernels::KernelTable& kernels) {
   const Manifest& m = run.manifest();
   if (!m.snow_from.empty()) {
     run.recorded = std::make_unique<RecordedSnow>(m.snow_from);
@@ -72,7 +72,7 @@ void find_snow(Session& run, const Unfinished& unfinished, const kernels::Kernel
 }
 
 // Whether nothing is left to do.
-bool is_complete(Session& run, const Unfinished& unfinished) {
+bool is_complete(Session::State& run, const Unfinished& unfinished) {
   const Manifest& m = run.manifest();
   if (m.status != "complete" || !unfinished.frames.empty()) return false;
   if (m.movie.empty() || m.movie_hash.empty()) return true;
@@ -81,8 +81,8 @@ bool is_complete(Session& run, const Unfinished& unfinished) {
   return fault.empty();
 }
 
-std::unique_ptr<Session> begin_again(const std::string& target, const SessionOptions& options,
-                                     Observer& observer) {
+std::unique_ptr<Session::State> begin_again(const std::string& target, const SessionOptions& options,
+                                            Observer& observer) {
   RunFolder folder = RunFolder::open(target);
   folder.lock();
   Manifest manifest = read_manifest(folder.manifest(), folder.journal());
@@ -98,8 +98,9 @@ std::unique_ptr<Session> begin_again(const std::string& target, const SessionOpt
   manifest.slots = options.overlap ? kSlots : 1;
   manifest.threads = Threads::count_of(options.threads);
 
-  auto made = std::make_unique<Session>(std::move(folder), std::move(scene), std::move(manifest), observer);
-  Session& run = *made;
+  auto made =
+      std::make_unique<Session::State>(std::move(folder), std::move(scene), std::move(manifest), observer);
+  Session::State& run = *made;
   const Manifest& m = run.manifest();
   tell_of_other_build(run);
   if (const auto& damaged = unfinished.damaged; !damaged.empty()) {
@@ -123,9 +124,8 @@ std::unique_ptr<Session> begin_again(const std::string& target, const SessionOpt
 
 }  // namespace
 
-std::unique_ptr<Session> resume_session(const std::string& target, const SessionOptions& options,
-                                        Observer& observer) {
-  return Threads(options.threads).run([&] { return begin_again(target, options, observer); });
+Session Session::resume(const std::string& run, const SessionOptions& options, Observer& observer) {
+  return Session(Threads(options.threads).run([&] { return begin_again(run, options, observer); }));
 }
 
 }  // namespace firn

@@ -39,7 +39,24 @@ class Stopwatch {
 
 }  // namespace
 
-Session::Session(RunFolder folder, SceneConfig scene, Manifest manifest, Observer& observer)
+Observer::~Observer() = default;
+
+Session::Session(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Session::Session(Session&&) noexcept = default;
+Session& Session::operator=(Session&&) noexcept = default;
+Session::~Session() = default;
+
+SessionResult Session::run(const std::stop_token& stop) { return state_->run(stop); }
+std::string Session::folder() const { return state_->folder().path().string(); }
+bool Session::shares() const { return state_->shared != nullptr; }
+void Session::tell(const std::string& line) { state_->tell(line); }
+
+Observer& Session::silent() {
+  static Observer observer;
+  return observer;
+}
+
+Session::State::State(RunFolder folder, SceneConfig scene, Manifest manifest, Observer& observer)
     : folder_(std::move(folder)),
       scene_(std::move(scene)),
       manifest_(std::move(manifest)),
@@ -47,12 +64,12 @@ Session::Session(RunFolder folder, SceneConfig scene, Manifest manifest, Observe
       threads_(manifest_.threads),
       earlier_wall_(manifest_.wall_seconds) {}
 
-void Session::tell(const std::string& line) {
+void Session::State::tell(const std::string& line) {
   log_.add(line);
   observer_.message(line);
 }
 
-void Session::begin() {
+void Session::State::begin() {
   left_ = {frames.begin(), frames.end()};
   if (shared) {
     log_.open(folder_.log());
@@ -65,7 +82,7 @@ void Session::begin() {
 }
 
 // The manifest comes first, in one move: from then on the folder is this run's, whatever happens next.
-void Session::begin_new() {
+void Session::State::begin_new() {
   folder_.lock();
   save_manifest("starting");
   folder_.clear();
@@ -80,7 +97,7 @@ void Session::begin_new() {
 // Whatever cannot be written is found before anything is changed. The lines of frames that are made again
 // stay in the journal until they have others: they know of pictures that were added, and if no frame can be
 // made now nothing is lost.
-void Session::go_on() {
+void Session::State::go_on() {
   folder_.lock();
   log_.open(folder_.log());
   folder_.begin();
@@ -100,26 +117,28 @@ void Session::go_on() {
 }
 
 // What the manifest holds too, for people and other programs.
-void Session::write_tables() {
+void Session::State::write_tables() {
   write_file(folder_.scene(), manifest_.scene);
   metrics_.emplace(folder_.metrics());
   metrics_->replace(manifest_.frames);
 }
 
-void Session::repair() {
+void Session::State::repair() {
   folder_.lock();
   folder_.begin();
   write_tables();
 }
 
-SessionResult Session::run(const std::stop_token& stop) {
+SessionResult Session::State::run(const std::stop_token& stop) {
   return threads_.run([&] { return make_all(stop); });
 }
 
-SessionResult Session::make_all(const std::stop_token& stop) {
+SessionResult Session::State::make_all(const std::stop_token& stop) {
   if (nothing_to_do) {
     repair();
-    return {};
+    SessionResult complete;
+    complete.nothing_to_do = true;
+    return complete;
   }
   begin();
   try {
@@ -136,7 +155,7 @@ SessionResult Session::make_all(const std::stop_token& stop) {
   }
 }
 
-SessionResult Session::finish(FrameGraphResult result, const std::stop_token& stop) {
+SessionResult Session::State::finish(FrameGraphResult result, const std::stop_token& stop) {
   if (result.interrupted) return interrupted(std::move(result));
   if (!shared) folder_.require_lock();
   if (metrics_) metrics_->replace(manifest_.frames);  // frames that were made again belong between others
@@ -151,7 +170,7 @@ SessionResult Session::finish(FrameGraphResult result, const std::stop_token& st
   return done;
 }
 
-FrameGraphResult Session::run_graph(const std::vector<int>& wanted, const std::stop_token& stop) {
+FrameGraphResult Session::State::run_graph(const std::vector<int>& wanted, const std::stop_token& stop) {
   if (wanted.empty()) return {};
   FrameStages stages;
   stages.simulate = [&](int frame, FrameSlot& slot, const std::stop_token& stop) {
@@ -173,7 +192,7 @@ FrameGraphResult Session::run_graph(const std::vector<int>& wanted, const std::s
 }
 
 // Frames that others have claimed are waited for, and made here after all if they are given back unfinished.
-FrameGraphResult Session::run_shared(const std::stop_token& stop) {
+FrameGraphResult Session::State::run_shared(const std::stop_token& stop) {
   FrameGraphResult all;
   bool waits = false;
   for (std::vector<int> left = shared->left(); !left.empty() && !all.interrupted; left = shared->left()) {
@@ -191,7 +210,7 @@ FrameGraphResult Session::run_shared(const std::stop_token& stop) {
   return all;
 }
 
-bool Session::simulate(int frame, FrameSlot& slot, const std::stop_token& stop) {
+bool Session::State::simulate(int frame, FrameSlot& slot, const std::stop_token& stop) {
   const Stopwatch watch;
   observer_.stage_begins(Stage::simulate, frame);
   InFlight job;
@@ -212,7 +231,7 @@ bool Session::simulate(int frame, FrameSlot& slot, const std::stop_token& stop) 
   return true;
 }
 
-bool Session::trace(int frame, FrameSlot& slot, const std::stop_token& stop) {
+bool Session::State::trace(int frame, FrameSlot& slot, const std::stop_token& stop) {
   if (!renderer) return !stop.stop_requested();
   const Stopwatch watch;
   observer_.stage_begins(Stage::trace, frame);
@@ -235,7 +254,7 @@ bool Session::trace(int frame, FrameSlot& slot, const std::stop_token& stop) {
   return true;
 }
 
-bool Session::write(int frame, FrameSlot& slot) {
+bool Session::State::write(int frame, FrameSlot& slot) {
   const Stopwatch watch;
   observer_.stage_begins(Stage::write, frame);
   InFlight job;
@@ -258,7 +277,7 @@ bool Session::write(int frame, FrameSlot& slot) {
 }
 
 // Pictures that were added to a run which makes none are still those of its snow when that is made again.
-void Session::keep_pictures(FrameRecord& record) const {
+void Session::State::keep_pictures(FrameRecord& record) const {
   const auto lost = lost_.find(record.frame);
   if (renderer || lost == lost_.end() || lost->second.particles_hash != record.particles_hash) return;
   FrameRecord kept = lost->second;
@@ -267,7 +286,7 @@ void Session::keep_pictures(FrameRecord& record) const {
   record = std::move(kept);
 }
 
-void Session::finish_frame(InFlight job) {
+void Session::State::finish_frame(InFlight job) {
   keep_pictures(job.record);
   folder_.require_lock();
   append_journal(folder_.journal(), manifest_.key(), job.record);
@@ -286,7 +305,7 @@ void Session::finish_frame(InFlight job) {
   if (job.checkpoint) save_checkpoint(std::move(*job.checkpoint));
 }
 
-void Session::write_pictures(const FrameSlot& slot, FrameRecord& record) {
+void Session::State::write_pictures(const FrameSlot& slot, FrameRecord& record) {
   record.picture_hash = hash_in_hex(
       {reinterpret_cast<const char*>(slot.picture.rgb.data()), slot.picture.rgb.size() * sizeof(float)});
   const Development development{scene_.output.exposure, scene_.output.tone_map};
@@ -299,7 +318,7 @@ void Session::write_pictures(const FrameSlot& slot, FrameRecord& record) {
   }
 }
 
-void Session::write_particles(const FrameSlot& slot, FrameRecord& record) {
+void Session::State::write_particles(const FrameSlot& slot, FrameRecord& record) {
   const std::string bytes = encode_snapshot(slot.snapshot);
   record.particles_hash = hash_in_hex(bytes);
   if (!manifest_.particles) return;
@@ -308,7 +327,7 @@ void Session::write_particles(const FrameSlot& slot, FrameRecord& record) {
   record.files.emplace_back(path.lexically_relative(folder_.path()).string(), record.particles_hash);
 }
 
-void Session::save_manifest(const std::string& status) {
+void Session::State::save_manifest(const std::string& status) {
   if (shared) return;  // it is the run's, which adding pictures does not change
   folder_.require_lock();
   manifest_.status = status;
@@ -317,7 +336,7 @@ void Session::save_manifest(const std::string& status) {
   manifest_saved_ = Clock::now();
 }
 
-void Session::save_checkpoint(Checkpoint checkpoint) {
+void Session::State::save_checkpoint(Checkpoint checkpoint) {
   folder_.require_lock();
   checkpoint.scene_hash = hash_bytes(manifest_.scene.data(), manifest_.scene.size());
   write_checkpoint(folder_.checkpoint(checkpoint.frame), checkpoint);
@@ -332,7 +351,7 @@ void Session::save_checkpoint(Checkpoint checkpoint) {
 
 // Where the simulation stands, between two steps, with the frames that it had passed but that were not
 // written.
-void Session::save_position(std::vector<Snapshot> pending) {
+void Session::State::save_position(std::vector<Snapshot> pending) {
   Checkpoint checkpoint = simulated->checkpoint();
   std::vector<PendingFrame> frames;
   frames.reserve(pending.size() + checkpoint.pending.size());
@@ -346,7 +365,7 @@ void Session::save_position(std::vector<Snapshot> pending) {
   save_checkpoint(std::move(checkpoint));
 }
 
-void Session::make_movie(const std::stop_token& stop) {
+void Session::State::make_movie(const std::stop_token& stop) {
   const auto& formats = scene_.output.formats;
   const auto has = [&](const char* format) {
     return std::find(formats.begin(), formats.end(), format) != formats.end();
@@ -371,7 +390,7 @@ void Session::make_movie(const std::stop_token& stop) {
          shell_line(ffmpeg_command(job)));
 }
 
-SessionResult Session::interrupted(FrameGraphResult result) {
+SessionResult Session::State::interrupted(FrameGraphResult result) {
   if (simulated) {
     save_position(std::move(result.pending));
   } else {
@@ -388,7 +407,7 @@ SessionResult Session::interrupted(FrameGraphResult result) {
   return stopped;
 }
 
-void Session::fail(const std::string& what) {
+void Session::State::fail(const std::string& what) {
   manifest_.error = what;
   log_.add("failed: " + what);
   try {

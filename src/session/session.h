@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // One session of a run: snow from its source, pictures from the renderer, files into the folder, and the
 // manifest that always tells the truth about them. New runs, resumed runs and renderings of recorded snow
-// differ only in how they fill in a Session (sessions.h).
+// differ only in how they fill in the state (start.cpp, resume.cpp, render.cpp).
 #pragma once
 #include <chrono>
 #include <map>
@@ -13,7 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "src/core/error.h"
+#include "firn/error.h"
+#include "firn/session.h"
 #include "src/core/threads.h"
 #include "src/graph/frame_graph.h"
 #include "src/io/log.h"
@@ -22,23 +23,15 @@
 #include "src/io/run_folder.h"
 #include "src/render/renderer.h"
 #include "src/scene/scene.h"
-#include "src/session/observer.h"
 #include "src/session/shared_frames.h"
 #include "src/session/snow_source.h"
 
 namespace firn {
 
-struct SessionResult {
-  bool interrupted = false;
-  int kept = 0;           // finished frames of the run, where it was interrupted
-  std::vector<int> left;  // and those that are still to be made, ascending
-  std::vector<StageInterval> intervals;
-};
-
-class Session {
+struct Session::State {
  public:
   // The observer must outlive the session.
-  Session(RunFolder folder, SceneConfig scene, Manifest manifest, Observer& observer);
+  State(RunFolder folder, SceneConfig scene, Manifest manifest, Observer& observer);
 
   // What to show, and with what; `simulated` or `recorded` must be given, a renderer only if the run makes
   // pictures.

@@ -5,7 +5,7 @@
 #include <sstream>
 #include <utility>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/io/file.h"
 #include "src/io/particle_file.h"
 

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/isa.h"
 #include "src/core/text.h"
 #include "src/core/threads.h"
@@ -17,16 +17,16 @@ namespace {
 void set_frames(Manifest& manifest, const SceneConfig& scene,
                 const std::optional<std::pair<int, int>>& frames) {
   if (!frames) return;
-  if (frames->second >= scene.time.frames) {
+  if (frames->first < 0 || frames->first > frames->second || frames->second >= scene.time.frames) {
     throw Error(
-        ErrorCode::usage, "--frames",
+        ErrorCode::usage, "frames " + std::to_string(frames->first) + "-" + std::to_string(frames->second),
         "the scene has frames 0-" + std::to_string(scene.time.frames - 1) + " (set time.frames for more)");
   }
   manifest.first = frames->first;
   manifest.last = frames->second;
 }
 
-std::string opening_line(const Session& run, const Manifest& m, std::size_t particles) {
+std::string opening_line(const Session::State& run, const Manifest& m, std::size_t particles) {
   char text[256];
   std::snprintf(text, sizeof text, "%s: %s particles, dx %g mm, frames %d-%d", run.scene().name.c_str(),
                 grouped(particles).c_str(), 1e3 * grid_spacing(run.scene()), m.first, m.last);
@@ -37,24 +37,25 @@ std::string opening_line(const Session& run, const Manifest& m, std::size_t part
          run.folder().path().string();
 }
 
-std::unique_ptr<Session> begin_new(SceneConfig scene, const RunKind& kind, const SessionOptions& options,
-                                   Observer& observer) {
+std::unique_ptr<Session::State> begin_new(SceneConfig scene, const SessionOptions& options,
+                                          Observer& observer) {
   const auto& kernels = choose_kernels(options.isa);
   Manifest manifest = new_manifest(options, scene, kernels.isa);
-  set_frames(manifest, scene, options.frames ? options.frames : kind.frames);
-  manifest.pictures = kind.pictures;
-  manifest.particles = kind.particles || scene.output.particles;
-  manifest.wants_movie = kind.movie && scene.output.movie;
+  set_frames(manifest, scene, options.frames);
+  manifest.pictures = options.pictures;
+  manifest.particles = options.particles || scene.output.particles;
+  manifest.wants_movie = options.movie && options.pictures && scene.output.movie;
   if (manifest.wants_movie && manifest.last > manifest.first) require_movie(scene);
-  auto renderer = kind.pictures ? make_renderer(scene, kernels) : nullptr;
+  auto renderer = options.pictures ? make_renderer(scene, kernels) : nullptr;
   RunFolder folder = RunFolder::take(scene.name, options.out, options.overwrite);
   for (const auto& [file, hash] : manifest.inputs) folder.require_outside(file);
   observer.made_folders(folder.made());
   auto snow = make_snow(scene, kernels, options.force);
 
-  auto run = std::make_unique<Session>(std::move(folder), std::move(scene), std::move(manifest), observer);
+  auto run =
+      std::make_unique<Session::State>(std::move(folder), std::move(scene), std::move(manifest), observer);
   run->expected_seconds =
-      expected_frame_seconds(run->scene(), snow.get(), kind.pictures, run->manifest().threads);
+      expected_frame_seconds(run->scene(), snow.get(), options.pictures, run->manifest().threads);
   run->tell(opening_line(*run, run->manifest(), snow->simulation().particle_count()));
   run->simulated = std::move(snow);
   run->renderer = std::move(renderer);
@@ -65,9 +66,9 @@ std::unique_ptr<Session> begin_new(SceneConfig scene, const RunKind& kind, const
 
 }  // namespace
 
-std::unique_ptr<Session> start_session(SceneConfig scene, const RunKind& kind, const SessionOptions& options,
-                                       Observer& observer) {
-  return Threads(options.threads).run([&] { return begin_new(std::move(scene), kind, options, observer); });
+Session Session::start(const Scene& scene, const SessionOptions& options, Observer& observer) {
+  return Session(
+      Threads(options.threads).run([&] { return begin_new(config_of(scene), options, observer); }));
 }
 
 }  // namespace firn

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/io/file.h"
 
 namespace firn {

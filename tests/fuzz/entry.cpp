@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "tests/fuzz/readers.h"
 
 // libFuzzer declares it in no header.

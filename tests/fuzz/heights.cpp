@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "tests/fuzz/memory_file.h"
 #include "tests/fuzz/readers.h"
 

@@ -2,7 +2,7 @@
 // Each input goes to all readers of pictures; two of the three refuse it at its first bytes.
 #include "src/io/images.h"
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "tests/fuzz/memory_file.h"
 #include "tests/fuzz/readers.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/io/file.h"
 #include "tests/fuzz/memory_file.h"
 #include "tests/fuzz/readers.h"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/io/file.h"
 #include "tests/fuzz/memory_file.h"
 #include "tests/fuzz/readers.h"

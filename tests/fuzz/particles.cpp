@@ -4,7 +4,7 @@
 #include <cstring>
 #include <string>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/io/file.h"
 #include "src/io/particle_file.h"
 #include "tests/fuzz/readers.h"

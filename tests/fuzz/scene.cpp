@@ -5,7 +5,7 @@
 #include <sstream>
 #include <string>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "tests/fuzz/readers.h"
 
 namespace firn::fuzz {

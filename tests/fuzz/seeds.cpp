@@ -5,7 +5,7 @@
 #include <sstream>
 #include <string>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/io/checkpoint.h"
 #include "src/io/file.h"
 #include "src/io/images.h"

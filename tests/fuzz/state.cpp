@@ -9,7 +9,7 @@
 #include <sstream>
 #include <string>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "tests/fuzz/readers.h"
 #include "tests/fuzz/tiny_snow.h"
 

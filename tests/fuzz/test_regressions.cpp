@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/io/file.h"
 #include "tests/catch.h"
 #include "tests/fuzz/readers.h"

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <thread>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/parallel.h"
 #include "src/graph/frame_graph.h"
 #include "tests/catch.h"

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/io/file.h"
 #include "src/io/journal.h"
 #include "src/io/manifest.h"

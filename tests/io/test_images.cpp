@@ -4,7 +4,7 @@
 #include <cstring>
 #include <limits>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/rng.h"
 #include "src/io/exr.h"
 #include "src/io/file.h"

@@ -9,7 +9,7 @@
 #include <stop_token>
 #include <thread>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/io/file.h"
 #include "src/io/images.h"
 #include "src/io/movie.h"

@@ -3,7 +3,7 @@
 #include <cstring>
 #include <limits>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/rng.h"
 #include "src/io/checkpoint.h"
 #include "src/io/file.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/io/file.h"
 #include "src/io/run_folder.h"
 #include "tests/catch.h"

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/rng.h"
 #include "src/render/camera.h"
 #include "tests/catch.h"

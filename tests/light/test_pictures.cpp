@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "tests/catch.h"
 #include "tests/light/pictures.h"
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""The floors of the house: a room includes only rooms below it, kernels/ includes only kernels/, and the libraries that
+"""The floors of the house: a room includes only rooms below it, kernels/ includes only kernels/, include/ and examples/
+only the public headers, and the libraries that
 decide about time (flow graph, parallel loops) or cost compile time stay behind one door each."""
 import re
 
@@ -17,6 +18,7 @@ BELOW = {
     "session": ["core", "geometry", "particles", "mpm", "render", "scene", "io", "graph"],
     "app": ["core", "geometry", "particles", "mpm", "render", "scene", "io", "graph", "session"],
 }
+PUBLIC = ["include", "examples"]  # what others see: nothing of src/ or of the libraries that it uses
 KERNEL_SYSTEM_HEADERS = {"bit", "cmath", "cstddef", "cstdint", "cstring", "immintrin.h", "limits", "type_traits"}
 ONE_FILE_LIBRARIES = ["toml++/", "CLI/", "nlohmann/", "tiny_obj_loader.h", "png.h", "xxhash.h", "webp/"]
 INCLUDE = re.compile(r'^\s*#\s*include\s+([<"])([^>"]+)[>"]', re.M)
@@ -41,6 +43,10 @@ def check_kernel_include(kind, name):
 
 def check_room_include(path, name):
     room = room_of(path)
+    if name.startswith("firn/"):
+        return None
+    if room in PUBLIC:
+        return f'{room}/ includes only firn/ and the standard library, not "{name}"'
     if name.startswith("kernels/reference/"):
         return "the reference kernels are for tests and benches"
     if name.startswith("src/"):
@@ -68,6 +74,8 @@ def check_file(path):
     includes = INCLUDE.findall(text)
     complaints = check_tbb(path, text)
     for kind, name in includes:
+        if kind == "<" and path.parts[0] in PUBLIC and "/" in name and not name.startswith("firn/"):
+            complaints.append(f"{path.parts[0]}/ includes only firn/ and the standard library, not <{name}>")
         if path.parts[0] == "kernels":
             complaints.append(check_kernel_include(kind, name))
         elif kind == '"':
@@ -93,7 +101,7 @@ def check_rooms():
 
 
 if __name__ == "__main__":
-    sources = tree.files(".h", ".cpp", under=["src", "kernels"])
+    sources = tree.files(".h", ".cpp", under=["include", "examples", "src", "kernels"])
     wrong = check_rooms() + check_one_door([p for p in sources if p.parts[0] == "src"])
     for source in sources:
         wrong += check_file(source)

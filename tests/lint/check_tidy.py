@@ -19,7 +19,7 @@ from pathlib import Path
 import tree
 
 MOST_FILES, MOST_SECONDS = 12, 60
-ROOMS = ["src", "kernels", "bench", "tests"]
+ROOMS = ["include", "src", "kernels", "bench", "tests"]
 FINDING = re.compile(r"^(\S+?)(:\d+:\d+: (?:warning|error): .*)$", re.M)
 
 

@@ -4,7 +4,7 @@
 #include <sstream>
 #include <stop_token>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/particles/fields.h"
 #include "src/scene/presets.h"
 #include "tests/catch.h"

@@ -2,7 +2,7 @@
 // Drag of still air: snow with a terminal velocity falls as flakes do.
 #include <sstream>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "tests/catch.h"
 #include "tests/curve.h"
 #include "tests/physics/snow.h"

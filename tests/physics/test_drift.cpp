@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/rng.h"
 #include "src/mpm/state.h"
 #include "tests/catch.h"

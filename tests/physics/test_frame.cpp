@@ -2,7 +2,7 @@
 // A turned domain: the simulation steps in a frame of its own and tells the same in world coordinates.
 #include <sstream>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "tests/catch.h"
 #include "tests/curve.h"
 #include "tests/physics/snow.h"

@@ -6,7 +6,7 @@
 #include <sstream>
 #include <vector>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "tests/catch.h"
 #include "tests/physics/snow.h"
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/mpm/state.h"
 #include "src/scene/presets.h"
 #include "tests/catch.h"

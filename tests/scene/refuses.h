@@ -4,7 +4,7 @@
 #pragma once
 #include <string>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "tests/catch.h"
 
 namespace firn::test {

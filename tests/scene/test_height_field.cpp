@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/rng.h"
 #include "src/geometry/shape.h"
 #include "tests/catch.h"

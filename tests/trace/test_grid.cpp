@@ -6,7 +6,7 @@
 #include <cstring>
 #include <numeric>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/rng.h"
 #include "tests/catch.h"
 #include "tests/threads.h"

@@ -6,8 +6,8 @@
 #include <limits>
 #include <string>
 
+#include "firn/error.h"
 #include "kernels/trace/table.h"
-#include "src/core/error.h"
 #include "src/core/parallel.h"
 #include "src/core/portable_math.h"
 

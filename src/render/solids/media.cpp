@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/core/portable_math.h"
 #include "src/core/rng.h"
 #include "src/render/solids/shape_rays.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "src/core/error.h"
+#include "firn/error.h"
 #include "src/render/solids/shape_rays.h"
 
 namespace firn {

@@ -1,19 +1,30 @@
 // SPDX-License-Identifier: MIT
-// What a session tells whoever began it, while it is at work: nothing in this folder prints.
+// What a session tells whoever began it, while it is at work: the library prints nothing.
 #pragma once
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "firn/export.h"
+
 namespace firn {
 
 enum class Stage { simulate, trace, write };
 
-// Called from the threads of the session, stages from several at a time. What is not of interest stays as it
-// is.
-class Observer {
+// What a thread did, when.
+struct StageInterval {
+  const char* stage;  // "simulate", "trace", "write"
+  int frame;
+  double begin, end;  // s since the start of the session
+  int thread;         // of the session's
+};
+
+// Called from the threads of the session, stages from several at a time: what is overridden must be
+// thread-safe, and is best brief, since the stage waits for it. What is not of interest stays as it is. An
+// exception ends the session as one of its own would.
+class FIRN_API Observer {
  public:
-  virtual ~Observer() = default;
+  virtual ~Observer();
   // A line for people; the log of the run has it too.
   virtual void message(const std::string&) {}
   // Folders that the session made, the innermost last, and that are empty as long as it has not begun; then

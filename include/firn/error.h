@@ -1,22 +1,25 @@
 // SPDX-License-Identifier: MIT
-// The one exception type of firn: what a person did or met, where, and of which kind it is. Thrown anywhere
-// in src/, caught once in main. Broken invariants are asserts, not errors.
+// The one exception type of firn: what a person did or met, where, and of which kind it is. Whatever firn
+// throws on purpose is one; memory that is not to be had comes out as std::bad_alloc. Broken invariants are
+// asserts, not errors.
 #pragma once
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "firn/export.h"
+
 namespace firn {
 
 enum class ErrorCode {
-  failed,       // firn's own fault, or memory that is not to be had
+  failed,       // firn's own fault
   usage,        // what was asked for: a command line, a scene, an argument
   unstable,     // the simulation blew up
   io,           // files
   interrupted,  // it was stopped on request
 };
 
-class Error : public std::runtime_error {
+class FIRN_API Error : public std::runtime_error {
  public:
   // `where` is "file:line:column", a path, or empty; `what` is one line: what is wrong, what was expected, a
   // hint.

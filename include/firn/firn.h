@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: MIT
+// All of firn's library.
+#pragma once
+#include "firn/error.h"
+#include "firn/observer.h"
+#include "firn/scene.h"
+#include "firn/session.h"
+#include "firn/version.h"

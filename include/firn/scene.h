@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+// A scene: read from a file, made in code, or both. Its tables and keys are those of scene files, so that
+// what docs/scene_format.md and `firn params` say of a key holds here too, and a value meets the same checks
+// wherever it comes from.
+#pragma once
+#include <concepts>
+#include <cstdint>
+#include <initializer_list>
+#include <memory>
+#include <source_location>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "firn/error.h"
+#include "firn/export.h"
+
+namespace firn {
+
+struct SceneConfig;
+struct Key;
+
+using Table = std::vector<Key>;
+
+// What a key may have as its value: true or false, a number, a text, or an array of these or of tables. A
+// vector is an array of three numbers.
+class FIRN_API Value {
+ public:
+  using Array = std::vector<Value>;
+
+  Value(bool value);
+  // Errors: usage Error beyond 64 bits with a sign.
+  template <std::integral Integer>
+  Value(Integer value) : Value(Whole{checked(value)}) {}
+  Value(double value);
+  Value(const char* text);
+  Value(std::string text);
+  Value(Array values);
+  Value(Table keys);
+  Value(std::initializer_list<double> numbers);
+  Value(std::initializer_list<std::string> texts);
+  Value(std::initializer_list<Table> tables);
+
+  using Variant = std::variant<bool, std::int64_t, double, std::string, Array, Table>;
+  const Variant& variant() const { return value_; }
+
+ private:
+  struct Whole {
+    std::int64_t value;
+  };
+  explicit Value(Whole whole);
+  template <std::integral Integer>
+  static std::int64_t checked(Integer value) {
+    if (!std::in_range<std::int64_t>(value)) throw too_large();
+    return static_cast<std::int64_t>(value);
+  }
+  static Error too_large();
+
+  Variant value_;
+};
+
+struct Key {
+  std::string name;
+  Value value;
+};
+
+// Where something was said, for error messages: a place in a program (the caller's, if left out), or any
+// words.
+class FIRN_API Place {
+ public:
+  Place(const std::source_location& location);
+  Place(std::string words) : words_(std::move(words)) {}
+  const std::string& words() const { return words_; }
+
+ private:
+  std::string words_;
+};
+
+// One value as the command line's `--set path=value` has it: the value is TOML; a bare word is a text.
+struct SceneOverride {
+  std::string path;  // as in Scene::set
+  std::string value;
+};
+
+struct ReadOptions {
+  bool quick = false;                         // the small size: the values of the scene's [quick] table
+  std::vector<SceneOverride> overrides = {};  // after [quick]
+};
+
+// A value: copies are independent. One object must not be changed while another thread uses it.
+class FIRN_API Scene {
+ public:
+  // Without snow or anything else, which add() and set() bring.
+  explicit Scene(const std::string& name = "scene");
+  Scene(const Scene&);
+  Scene(Scene&&) noexcept;
+  Scene& operator=(Scene) noexcept;
+  ~Scene();
+
+  // Errors: usage Error "scene.toml:12:3: ..." for syntax, an unknown key (with the nearest known one), a
+  // wrong type, a value out of range, a contradiction; io Error when a file cannot be read. "-" is the
+  // standard input.
+  static Scene read(const std::string& file, const ReadOptions& options = {});
+  // `file` is what errors call the text; paths in it are relative to that file's folder.
+  static Scene parse(const std::string& text, const std::string& file = "scene",
+                     const ReadOptions& options = {});
+
+  // "image.width"; "snow.radius" (of every [[snow]]), "snow[0].radius", "snow.left.radius" (by name). Errors:
+  // usage Error at once for a path that leads nowhere; what is wrong with the value comes out of check().
+  Scene& set(const std::string& path, const Value& value,
+             const Place& place = std::source_location::current());
+  // One more table of a list: add("snow", {{"shape", "ball"}, {"radius", 0.1}, {"center", {0, 1, 0}}}).
+  // Errors: usage Error at once for an unknown list or a key that is given twice.
+  Scene& add(const std::string& list, const Table& keys,
+             const Place& place = std::source_location::current());
+
+  // Errors: as read(), for everything that was said up to now. Whatever uses the scene checks it too.
+  void check() const;
+  // With every default written out, as TOML that parse() reads back to the same scene. Errors: as check().
+  std::string toml() const;
+  // Errors: as check().
+  int frames() const;
+  double frame_time(int frame) const;  // s, of the simulation
+
+ private:
+  struct State;
+  explicit Scene(State state);
+  friend SceneConfig config_of(const Scene& scene);
+
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace firn

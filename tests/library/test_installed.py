@@ -1,0 +1,118 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""What an installation of firn gives to programs of others: headers that stand alone, libraries that link, the examples
+built with what pkg-config says, and the same bits as the command line.
+
+usage: test_installed.py BUILD_FOLDER COMPILER..."""
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+BUILD = Path(sys.argv[1]).resolve()
+COMPILER = sys.argv[2:]
+STRICT = ["-std=c++20", "-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Werror"]
+# What the shared library may show of itself, after its parameters are taken away.
+PUBLIC = re.compile(r"^(vtable for |typeinfo for |typeinfo name for )?firn::(Error|Observer|Place|Scene|Session|Value|version|revision)\b")
+
+
+def sanitized():
+    options = json.loads(subprocess.run(["meson", "introspect", "--buildoptions", BUILD], capture_output=True, check=True).stdout)
+    return next(o["value"] for o in options if o["name"] == "b_sanitize") != "none"
+
+
+class Installed(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory(prefix="firn-installed-")
+        cls.addClassCleanup(cls.folder.cleanup)
+        cls.here = Path(cls.folder.name)
+        cls.root = cls.here / "root"
+        done = subprocess.run(["meson", "install", "-C", BUILD, "--no-rebuild", "--destdir", cls.root], capture_output=True, text=True)
+        if done.returncode != 0:
+            raise AssertionError(done.stdout + done.stderr)
+        cls.library = next(cls.root.rglob("libfirn.so")).parent
+        cls.program = next(cls.root.rglob("bin/firn"))
+        cls.environment = {**os.environ, "LD_LIBRARY_PATH": str(cls.library), "PKG_CONFIG_SYSROOT_DIR": str(cls.root),
+                           "PKG_CONFIG_PATH": str(cls.library / "pkgconfig")}
+
+    def words(self, *words):
+        done = subprocess.run([str(word) for word in words], cwd=self.here, env=self.environment, capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, f"{words}\n{done.stdout}{done.stderr}")
+        return done.stdout
+
+    def flags(self, *asked):
+        """What pkg-config says; the system's own folders need no saying."""
+        said = self.words("pkg-config", *asked).split()
+        return [word for word in said if word[:2] not in ("-I", "-L") or Path(word[2:]).exists()]
+
+    def example(self, name, static=False):
+        program = self.here / f"{name}{'-static' if static else ''}"
+        libraries = self.flags("--libs", "firn")
+        if static:  # the linker takes a shared library where both are
+            libraries = [str(self.library / "libfirn.a") if word == "-lfirn" else word for word in self.flags("--static", "--libs", "firn-static")]
+        self.words(*COMPILER, *STRICT, *self.flags("--cflags", "firn"), ROOT / "examples" / f"{name}.cpp", "-o", program, *libraries, "-pthread")
+        return program
+
+    def hashes(self, run):
+        frames = json.loads(self.words(self.program, "info", run, "--json"))["frames"]
+        return [(f["frame"], f["particles_hash"], f["picture_hash"]) for f in frames]
+
+    def test_each_header_stands_alone_and_brings_nothing_of_other_libraries(self):
+        headers = sorted((self.root / "usr/local/include/firn").glob("*.h"))
+        self.assertEqual([h.name for h in headers], sorted(h.name for h in (ROOT / "include/firn").glob("*.h")))
+        for header in headers:
+            source = self.here / "one.cpp"
+            source.write_text(f"#include <firn/{header.name}>\n")
+            used = self.words(*COMPILER, *STRICT, *self.flags("--cflags", "firn"), "-M", source)
+            self.words(*COMPILER, *STRICT, *self.flags("--cflags", "firn"), "-fsyntax-only", source)
+            self.assertNotRegex(used, "Eigen|tbb|kernels/|src/|toml|json")
+
+    def test_the_shared_library_shows_what_the_headers_declare_and_no_more(self):
+        shown = self.words("nm", "-D", "-C", "--defined-only", self.library / "libfirn.so")
+        strong = [line.split(" ", 2)[2] for line in shown.splitlines() if line.split(" ", 2)[1] in "TDBR"]
+        self.assertTrue(any(name.startswith("firn::Scene::read") for name in strong))
+        self.assertEqual([name for name in strong if not PUBLIC.match(name)], [])
+        self.assertRegex(self.words("readelf", "-d", self.library / "libfirn.so"), r"SONAME.*\[libfirn\.so\.\d+\.\d+\]")
+
+    def test_a_program_needs_no_other_library_to_be_compiled_and_linked(self):
+        self.assertEqual({word[:2] for word in self.flags("--cflags", "firn")}, {"-I"})
+        self.assertEqual([word for word in self.flags("--libs", "firn") if word.startswith("-l")], ["-lfirn"])
+
+    def test_every_example_is_short(self):
+        for example in sorted((ROOT / "examples").glob("*.cpp")):
+            self.assertLessEqual(len(example.read_text().splitlines()), 60, example.name)
+
+    def test_a_session_of_the_library_makes_the_bits_of_the_command_line(self):
+        scene = self.here / "scene.toml"
+        scene.write_text((ROOT / "tests/program/tiny.toml").read_text() + "[quick.time]\nframes = 5\n")
+        self.words(self.program, "run", scene, "--quick", "--out", "command")
+        for static in (False, True):
+            said = self.words(self.example("session", static), scene, f"session{static}", "2")
+            self.assertRegex(said, r"stopped: \d frames are kept, \d are left")
+            self.assertIn("resuming", said)
+            self.assertTrue(said.endswith("complete\n"), said)
+            self.assertEqual(self.hashes(f"session{static}"), self.hashes("command"))
+
+    def test_a_scene_made_in_code_is_the_one_that_its_own_text_makes(self):
+        self.assertEqual(self.words(self.example("scene"), "made"), "5 frames in made\n")
+        self.words(self.program, "run", "made/scene.resolved.toml", "--out", "read")
+        self.assertEqual(self.hashes("made"), self.hashes("read"))
+        self.assertEqual(len(self.hashes("made")), 5)
+
+    def test_mistakes_are_errors_of_the_library(self):
+        done = subprocess.run([self.example("session"), "no.toml", "a"], cwd=self.here, env=self.environment, capture_output=True, text=True)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("no.toml", done.stderr)
+
+
+if __name__ == "__main__":
+    if sanitized():
+        print("skipped: programs of others are not built with sanitizers")
+        sys.exit(77)
+    unittest.main(argv=sys.argv[:1], verbosity=2)
