@@ -115,4 +115,7 @@ if __name__ == "__main__":
     if sanitized():
         print("skipped: programs of others are not built with sanitizers")
         sys.exit(77)
-    unittest.main(argv=sys.argv[:1], verbosity=2)
+    program = unittest.main(argv=sys.argv[:1], verbosity=2, exit=False)
+    failed = len(program.result.failures) + len(program.result.errors)
+    print(f"{program.result.testsRun - failed} passed, {failed} failed")
+    sys.exit(1 if failed else 0)

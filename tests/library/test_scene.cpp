@@ -6,12 +6,8 @@
 #include "firn/firn.h"
 #include "tests/catch.h"
 
+namespace firn::test::scene {
 namespace {
-
-using firn::Error;
-using firn::ErrorCode;
-using firn::Scene;
-using firn::Table;
 
 const std::string kText = R"(
 name = "slope"
@@ -146,3 +142,5 @@ TEST_CASE("A file that is not there is an error of files, and a folder says so")
   CHECK(has(refusal([] { Scene::read("/tmp"); }).what(), "folder"));
   CHECK(has(refusal([] { Scene::parse("a = ", "mine.toml"); }).where(), "mine.toml:1:"));
 }
+
+}  // namespace firn::test::scene

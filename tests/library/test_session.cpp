@@ -15,10 +15,10 @@
 #include "firn/firn.h"
 #include "tests/catch.h"
 
+namespace firn::test::session {
 namespace {
 
 namespace fs = std::filesystem;
-using namespace firn;
 
 const std::string kScene = FIRN_SOURCE_ROOT "/tests/program/tiny.toml";
 
@@ -214,3 +214,5 @@ TEST_CASE("The version of the library is that of the headers") {
                          std::to_string(FIRN_VERSION_PATCH));
   CHECK_FALSE(revision().empty());
 }
+
+}  // namespace firn::test::session
