@@ -117,5 +117,5 @@ if __name__ == "__main__":
         sys.exit(77)
     program = unittest.main(argv=sys.argv[:1], verbosity=2, exit=False)
     failed = len(program.result.failures) + len(program.result.errors)
-    print(f"{program.result.testsRun - failed} passed, {failed} failed")
+    print(f"{max(program.result.testsRun - failed, 0)} passed, {failed} failed")
     sys.exit(1 if failed else 0)
