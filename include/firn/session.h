@@ -65,7 +65,7 @@ class FIRN_API Session {
 
   // Makes the frames, then the movie of all; once. When a stop is requested the finished frames are kept and
   // a checkpoint is written. Errors: io or unstable Error, or whatever the observer throws, after the
-  // manifest has recorded it.
+  // manifest has recorded it; usage Error for a second time.
   SessionResult run(const std::stop_token& stop = {});
 
   std::string folder() const;  // of the run

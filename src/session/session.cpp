@@ -46,7 +46,11 @@ Session::Session(Session&&) noexcept = default;
 Session& Session::operator=(Session&&) noexcept = default;
 Session::~Session() = default;
 
-SessionResult Session::run(const std::stop_token& stop) { return state_->run(stop); }
+SessionResult Session::run(const std::stop_token& stop) {
+  if (std::exchange(state_->has_run, true))
+    throw Error(ErrorCode::usage, folder(), "this session has run already; resume() begins the next one");
+  return state_->run(stop);
+}
 std::string Session::folder() const { return state_->folder().path().string(); }
 bool Session::shares() const { return state_->shared != nullptr; }
 void Session::tell(const std::string& line) { state_->tell(line); }

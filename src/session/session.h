@@ -40,7 +40,8 @@ struct Session::State {
   std::unique_ptr<Renderer> renderer;
   double expected_seconds = 0;  // of one frame, for the first guess of the time left
   std::vector<int> frames;      // to be made, ascending
-  bool nothing_to_do = false;   // of a complete run: only what the manifest knows is written again
+  bool has_run = false;
+  bool nothing_to_do = false;  // of a complete run: only what the manifest knows is written again
   // Given where recorded snow is shown in its own folder: only pictures are added, and others may do so too.
   std::unique_ptr<SharedFrames> shared;
 

@@ -153,6 +153,13 @@ TEST_CASE("Sessions at the same time, with threads of their own, make the same b
   for (int k = 1; k <= 3; ++k) CHECK(hashes(here / std::to_string(k)) == hashes(here / "alone"));
 }
 
+TEST_CASE("A session runs once") {
+  const Folder here;
+  Session session = Session::start(Scene::read(kScene), into(here / "a"));
+  session.run();
+  CHECK(refusal([&] { session.run(); }).code() == ErrorCode::usage);
+}
+
 TEST_CASE("A folder has one session at a time") {
   const Folder here;
   const Scene scene = Scene::read(kScene);
