@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <initializer_list>
 #include <memory>
-#include <source_location>
 #include <string>
 #include <utility>
 #include <variant>
@@ -32,7 +31,7 @@ class FIRN_API Value {
   Value(bool value);
   // Errors: usage Error beyond 64 bits with a sign.
   template <std::integral Integer>
-  Value(Integer value) : Value(Whole{checked(value)}) {}
+  Value(Integer value);
   Value(double value);
   Value(const char* text);
   Value(std::string text);
@@ -65,16 +64,13 @@ struct Key {
   Value value;
 };
 
-// Where something was said, for error messages: a place in a program (the caller's, if left out), or any
-// words.
-class FIRN_API Place {
- public:
-  Place(const std::source_location& location);
-  Place(std::string words) : words_(std::move(words)) {}
-  const std::string& words() const { return words_; }
+template <std::integral Integer>
+Value::Value(Integer value) : Value(Whole{checked(value)}) {}
 
- private:
-  std::string words_;
+// Where something was said, in any words, for error messages. Where none is given it is the line of the
+// program.
+struct Place {
+  std::string words;
 };
 
 // One value as the command line's `--set path=value` has it: the value is TOML; a bare word is a text.
@@ -108,12 +104,14 @@ class FIRN_API Scene {
 
   // "image.width"; "snow.radius" (of every [[snow]]), "snow[0].radius", "snow.left.radius" (by name). Errors:
   // usage Error at once for a path that leads nowhere; what is wrong with the value comes out of check().
-  Scene& set(const std::string& path, const Value& value,
-             const Place& place = std::source_location::current());
+  Scene& set(const std::string& path, const Value& value, const Place& place);
+  Scene& set(const std::string& path, const Value& value, const char* file = __builtin_FILE(),
+             int line = __builtin_LINE());
   // One more table of a list: add("snow", {{"shape", "ball"}, {"radius", 0.1}, {"center", {0, 1, 0}}}).
   // Errors: usage Error at once for an unknown list or a key that is given twice.
-  Scene& add(const std::string& list, const Table& keys,
-             const Place& place = std::source_location::current());
+  Scene& add(const std::string& list, const Table& keys, const Place& place);
+  Scene& add(const std::string& list, const Table& keys, const char* file = __builtin_FILE(),
+             int line = __builtin_LINE());
 
   // Errors: as read(), for everything that was said up to now. Whatever uses the scene checks it too.
   void check() const;

@@ -163,13 +163,21 @@ Scene Scene::read(const std::string& file, const ReadOptions& options) {
   return parse(text_of(file), name_of(file), options);
 }
 
+Scene& Scene::set(const std::string& path, const Value& value, const char* file, int line) {
+  return set(path, value, Place{std::string(file) + ":" + std::to_string(line)});
+}
+
+Scene& Scene::add(const std::string& list, const Table& keys, const char* file, int line) {
+  return add(list, keys, Place{std::string(file) + ":" + std::to_string(line)});
+}
+
 Scene& Scene::set(const std::string& path, const Value& value, const Place& place) {
-  set_value(state_->root, path, raw(value, place.words()));
+  set_value(state_->root, path, raw(value, place.words));
   return *this;
 }
 
 Scene& Scene::add(const std::string& list, const Table& keys, const Place& place) {
-  add_table(state_->root, list, raw(keys, place.words()));
+  add_table(state_->root, list, raw(keys, place.words));
   return *this;
 }
 

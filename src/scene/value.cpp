@@ -11,6 +11,8 @@ template <class... Fs>
 struct Overloaded : Fs... {
   using Fs::operator()...;
 };
+template <class... Fs>
+Overloaded(Fs...) -> Overloaded<Fs...>;
 
 RawArray raw_array(const Value::Array& values, const std::string& where) {
   RawArray items;
@@ -53,9 +55,5 @@ Value::Value(std::initializer_list<Table> tables) : value_(Array(tables.begin(),
 Error Value::too_large() {
   return Error(ErrorCode::usage, "", "a whole number of a scene is below 2^63 = 9223372036854775808");
 }
-
-Place::Place(const std::source_location& location)
-    : words_(std::string(location.file_name()) + ":" + std::to_string(location.line()) + ":" +
-             std::to_string(location.column())) {}
 
 }  // namespace firn

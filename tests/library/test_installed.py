@@ -18,7 +18,7 @@ BUILD = Path(sys.argv[1]).resolve()
 COMPILER = sys.argv[2:]
 STRICT = ["-std=c++20", "-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Werror"]
 # What the shared library may show of itself, after its parameters are taken away.
-PUBLIC = re.compile(r"^(vtable for |typeinfo for |typeinfo name for )?firn::(Error|Observer|Place|Scene|Session|Value|version|revision)\b")
+PUBLIC = re.compile(r"^(vtable for |typeinfo for |typeinfo name for )?firn::(Error|Observer|Scene|Session|Value|version|revision)\b")
 
 
 def sanitized():

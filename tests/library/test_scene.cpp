@@ -100,9 +100,9 @@ TEST_CASE("A mistake is named at its place in the program, or in the words given
   Scene wrong = made().set("snow.radius", -1);
   const Error here = refusal([&] { wrong.check(); });
   CHECK(here.code() == ErrorCode::usage);
-  CHECK(has(here.where(), "test_scene.cpp:" + std::to_string(line) + ":"));
+  CHECK(has(here.where() + ":", "test_scene.cpp:" + std::to_string(line) + ":"));
   CHECK(has(here.what(), "'radius' is -1"));
-  wrong = made().set("snow.radius", "wide", std::string("my slider"));
+  wrong = made().set("snow.radius", "wide", Place{"my slider"});
   CHECK(refusal([&] { wrong.check(); }).where() == "my slider");
 }
 
