@@ -15,6 +15,7 @@
 
 namespace firn {
 
+// Errors about an option have its name as their place: "frames: ...".
 struct SessionOptions {
   std::optional<std::string> out = {};             // the run folder; empty: out/NAME of the scene
   std::optional<std::pair<int, int>> frames = {};  // both included; empty: all

@@ -51,11 +51,19 @@ ExitCode complain(ExitCode code, const std::string& what, const std::string& whe
   return code;
 }
 
+// The library calls its options by their names in SessionOptions, people by those of the command line.
+std::string in_words_of_people(const Error& error) {
+  for (const char* option : {"frames", "isa", "quick"}) {
+    if (error.where() == option) return std::string("--") + error.what();
+  }
+  return error.what();
+}
+
 ExitCode guarded(int count, char** words) {
   try {
     return execute(count, words);
   } catch (const Error& error) {
-    return complain(exit_code(error.code()), error.what(), error.where());
+    return complain(exit_code(error.code()), in_words_of_people(error), error.where());
   } catch (const std::bad_alloc&) {
     return complain(ExitCode::failed, "out of memory; 'firn check SCENE' prints what a scene needs");
   } catch (const std::filesystem::filesystem_error& error) {

@@ -39,7 +39,7 @@ const kernels::KernelTable& choose_kernels(const std::string& name) {
     if (name == table->isa) return *table;
     names += std::string(", ") + table->isa;
   }
-  throw Error(ErrorCode::usage, "--isa",
+  throw Error(ErrorCode::usage, "isa",
               "'" + name + "' is not an instruction set of this CPU and build; there are: " + names);
 }
 

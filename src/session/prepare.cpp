@@ -95,7 +95,7 @@ std::unique_ptr<Renderer> make_renderer(const SceneConfig& scene, const kernels:
 std::string isa_of(const SessionOptions& options, const Manifest& manifest) {
   if (options.isa == "auto") return manifest.isa == "base" ? "base" : "auto";
   if ((options.isa == "base") != (manifest.isa == "base")) {
-    throw Error(ErrorCode::usage, options.isa,
+    throw Error(ErrorCode::usage, "isa",
                 "this run was begun with " + manifest.isa +
                     ", and the kernels of base and of AVX differ in the last bits");
   }

@@ -28,9 +28,7 @@ std::pair<int, int> frames_to_show(const std::string& target, const SessionOptio
   const auto frames = options.frames.value_or(std::pair(complete ? run.first : run.frames.front().frame,
                                                         complete ? run.last : run.frames.back().frame));
   if (frames.first < 0 || frames.first > frames.second) {
-    throw Error(ErrorCode::usage,
-                "frames " + std::to_string(frames.first) + "-" + std::to_string(frames.second),
-                "expected a first and a last frame, counted from 0");
+    throw Error(ErrorCode::usage, "frames", "expected a first and a last frame, counted from 0");
   }
   std::set<int> finished;
   for (const FrameRecord& record : run.frames) finished.insert(record.frame);
@@ -65,7 +63,7 @@ std::unique_ptr<Session::State> begin_rendering(const std::string& target, const
   require_scene(source, simulated);
   const auto frames = frames_to_show(target, options, source, simulated);
   if (reading.quick)
-    throw Error(ErrorCode::usage, target,
+    throw Error(ErrorCode::usage, "quick",
                 "a run has its size already; image.width and so on change that of its pictures");
   std::error_code ignored;
   if (options.out && std::filesystem::equivalent(*options.out, target, ignored)) {

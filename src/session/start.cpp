@@ -19,7 +19,7 @@ void set_frames(Manifest& manifest, const SceneConfig& scene,
   if (!frames) return;
   if (frames->first < 0 || frames->first > frames->second || frames->second >= scene.time.frames) {
     throw Error(
-        ErrorCode::usage, "frames " + std::to_string(frames->first) + "-" + std::to_string(frames->second),
+        ErrorCode::usage, "frames",
         "the scene has frames 0-" + std::to_string(scene.time.frames - 1) + " (set time.frames for more)");
   }
   manifest.first = frames->first;

@@ -197,7 +197,9 @@ TEST_CASE("What cannot be done is refused with a code, and leaves nothing behind
   for (const auto& frames : {std::pair(2, 1), std::pair(-1, 1), std::pair(0, 1000)}) {
     SessionOptions options = into(here / "a");
     options.frames = frames;
-    CHECK(refusal([&] { Session::start(scene, options); }).code() == ErrorCode::usage);
+    const Error error = refusal([&] { Session::start(scene, options); });
+    CHECK(error.code() == ErrorCode::usage);
+    CHECK(error.where() == "frames");
   }
   SessionOptions options = into(here / "a");
   options.isa = "z80";
