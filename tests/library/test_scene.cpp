@@ -5,6 +5,7 @@
 
 #include "firn/firn.h"
 #include "tests/catch.h"
+#include "tests/library/refusal.h"
 
 namespace firn::test::scene {
 namespace {
@@ -47,18 +48,6 @@ Scene made() {
   scene.add("collider",
             {{"shape", "plane"}, {"point", {0, 0, 0}}, {"normal", {0, 1, 0}}, {"motion", {before, after}}});
   return scene;
-}
-
-// What it refuses with; fails the test if it does not.
-template <class F>
-Error refusal(F&& f) {
-  try {
-    f();
-  } catch (const Error& error) {
-    return error;
-  }
-  FAIL("nothing was refused");
-  return {ErrorCode::failed, "", ""};
 }
 
 bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }

@@ -14,6 +14,7 @@
 
 #include "firn/firn.h"
 #include "tests/catch.h"
+#include "tests/library/refusal.h"
 
 namespace firn::test::session {
 namespace {
@@ -88,17 +89,6 @@ class Failing : public Observer {
     if (stage == Stage::trace && frame == 1) throw std::runtime_error("the listener fell ill");
   }
 };
-
-template <class F>
-Error refusal(F&& f) {
-  try {
-    f();
-  } catch (const Error& error) {
-    return error;
-  }
-  FAIL("nothing was refused");
-  return {ErrorCode::failed, "", ""};
-}
 
 }  // namespace
 
