@@ -48,10 +48,10 @@ void EmbreeBricks::lay_out() {
   std::vector<std::array<float, 6>> parts(chunks);
   parallel_chunks(s.size(), kChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
     for (int a = 0; a < 3; ++a) {
-      float low = s.x[a][begin], high = low;
+      float low = s.position[a][begin], high = low;
       for (std::size_t i = begin; i < end; ++i) {
-        low = std::min(low, s.x[a][i]);
-        high = std::max(high, s.x[a][i]);
+        low = std::min(low, s.position[a][i]);
+        high = std::max(high, s.position[a][i]);
       }
       parts[chunk][a] = low;
       parts[chunk][3 + a] = high;
@@ -74,7 +74,9 @@ void EmbreeBricks::count_balls() {
   cell_.assign(static_cast<std::size_t>(cells_[0]) * cells_[1] * cells_[2], 0);
   parallel_chunks(s.size(), kChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const auto at = [&](int a) { return static_cast<std::uint32_t>((s.x[a][i] - low_[a]) * inv_edge_); };
+      const auto at = [&](int a) {
+        return static_cast<std::uint32_t>((s.position[a][i] - low_[a]) * inv_edge_);
+      };
       const std::uint32_t cell = (at(0) * cells_[1] + at(1)) * cells_[2] + at(2);
       cell_of_[i] = cell;
       rank_[i] = std::atomic_ref<std::uint32_t>(cell_[cell]).fetch_add(1, std::memory_order_relaxed);
@@ -102,7 +104,7 @@ void EmbreeBricks::sort_balls() {
       const std::uint32_t brick = cell_[cell_of_[i]], first = start_[brick],
                           count = start_[brick + 1] - first;
       float* to = ball_.data() + 4 * std::size_t{first} + rank_[i];
-      for (int a = 0; a < 3; ++a) to[a * count] = s.x[a][i];
+      for (int a = 0; a < 3; ++a) to[a * count] = s.position[a][i];
       to[3 * count] = balls_.radius[i] * balls_.radius[i];
     }
   });

@@ -15,7 +15,7 @@ void EmbreePoints::build() {
   const Snapshot& s = balls_.snapshot;
   parallel_chunks(sphere_.size(), 16384, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
-      sphere_[i] = {s.x[0][i], s.x[1][i], s.x[2][i], balls_.radius[i]};
+      sphere_[i] = {s.position[0][i], s.position[1][i], s.position[2][i], balls_.radius[i]};
   });
   rtcUpdateGeometryBuffer(scene_.geometry(), RTC_BUFFER_TYPE_VERTEX, 0);
   scene_.commit();

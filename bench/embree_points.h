@@ -15,7 +15,7 @@ class EmbreePoints : public Tracer {
 
   const char* name() const override { return "embree_points"; }
   void build() override;
-  Vec3 origin() const override { return balls_.snapshot.origin; }
+  Vec3 origin() const override { return vec(balls_.snapshot.origin); }
   void trace(RayKind kind, const kernels::RayView& rays, std::size_t begin, std::size_t end) override {
     scene_.trace(way_[static_cast<std::size_t>(kind)], kind, rays, begin, end);
   }

@@ -34,7 +34,7 @@ struct Entry {
   double flops, bytes;
 };
 
-using State = Simulation::State;
+using State = Solver::State;
 
 kernels::ParticleRange range_of_block(const State& s, std::size_t b) {
   return {s.blocks.begin[b], s.blocks.begin[b + 1]};
@@ -61,7 +61,7 @@ void timed_step(State& s, TransferTimes& times) {
       s.kernels.mpm.reduce_tiles(tiles, s.grid.nodes(g));
     }
   }));
-  std::vector<double> impulses(3 * s.setup.colliders.size());
+  std::vector<double> impulses(kernels::kImpulseParts * s.setup.colliders.size());
   times.grid.add(seconds_of([&] {
     for (std::size_t g = 0; g < s.grid.size(); ++g) {
       const auto& contacts = s.grid.contacts(g);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bench/naive.h"
 
-#include "src/mpm/simulation.h"
+#include "src/mpm/solver.h"
 
 namespace firn::bench {
 
@@ -31,7 +31,7 @@ struct NaiveSimulation::Stencil {
   float w[3][3], d[3][3];  // weight and distance (cells) of node i on an axis
 };
 
-NaiveSimulation::NaiveSimulation(const SimulationSetup& setup, bool stop_early)
+NaiveSimulation::NaiveSimulation(const SolverSetup& setup, bool stop_early)
     : stop_early_(stop_early), dx_(static_cast<float>(setup.dx)) {
   const PlacedSnow& snow = setup.snow.front();
   snow_ = snow_of(snow.material);

@@ -10,7 +10,7 @@
 #include "bench/naive_snow.h"
 
 namespace firn {
-struct SimulationSetup;
+struct SolverSetup;
 }
 
 namespace firn::bench {
@@ -29,7 +29,7 @@ class NaiveSimulation {
  public:
   // The first snow object and, of the colliders, a horizontal floor (a half space) if there is one.
   // `stop_early`: naive_svd() ends when it has converged instead of after five sweeps.
-  NaiveSimulation(const SimulationSetup& setup, bool stop_early);
+  NaiveSimulation(const SolverSetup& setup, bool stop_early);
 
   void step(float dt);
 

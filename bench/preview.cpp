@@ -26,8 +26,8 @@ constexpr double kSpacing = 0.15 / 62;  // m: a million fill a ball of 0.15 m
 void shrink(Snapshot& snapshot) {
   const auto factor = static_cast<float>(kSpacing);
   snapshot.dx *= kSpacing;
-  for (auto& column : snapshot.x) {
-    for (float& x : column) x *= factor;
+  for (std::size_t a = 0; a < 3; ++a) {
+    for (float& x : snapshot.position[a]) x *= factor;
   }
   for (float& volume : snapshot.volume0) volume *= factor * factor * factor;
 }
@@ -110,7 +110,7 @@ void run_preview(const PreviewOptions& options) {
   RenderStats stats;
   Stages stages;
   for (int frame = 0; frame <= options.repeats; ++frame) {
-    for (float& y : scene.snapshot.x[1]) y -= static_cast<float>(0.01 * kSpacing);
+    for (float& y : scene.snapshot.position[1]) y -= static_cast<float>(0.01 * kSpacing);
     const double moving = timed([&] { renderer.render(scene.snapshot, picture, stats); });
     if (frame == 0) continue;  // memory is fetched for the first time
     stages.add(stats, options.threads);

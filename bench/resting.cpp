@@ -26,15 +26,15 @@ namespace firn::bench {
 
 namespace {
 
-using State = Simulation::State;
+using State = Solver::State;
 
 constexpr std::uint32_t kBed = 0, kBall = 1;
 constexpr float kKept = 0.98f;  // of the bed's v and C after a step of damping
 constexpr int kMostDamped = 10000;
 
 // The ball stands on the bed's right, a bed's width away.
-SimulationSetup bed_and_ball(std::size_t particles) {
-  SimulationSetup setup = bench_scene("settled", particles - particles / 10);
+SolverSetup bed_and_ball(std::size_t particles) {
+  SolverSetup setup = bench_scene("settled", particles - particles / 10);
   setup.snow.push_back(bench_scene("impact", particles / 10).snow.front());
   double width = 0;
   for (const Vec3& x : setup.snow[kBed].position) width = std::max(width, x.x());
@@ -90,11 +90,11 @@ struct Runs {
 };
 
 // Nothing when dt is too long; says why on stderr.
-std::optional<Runs> run_at(double dt, const RestingOptions& options, const SimulationSetup& setup,
+std::optional<Runs> run_at(double dt, const RestingOptions& options, const SolverSetup& setup,
                            const State& start) {
   Runs runs;
   const auto make = [&](bool sleep) {
-    SimulationSetup own = setup;
+    SolverSetup own = setup;
     own.sleep = sleep;
     auto run = std::make_unique<FirnRun>(start.kernels, std::move(own));
     copy_particles(start, run->state());
@@ -167,7 +167,7 @@ void run_resting(const RestingOptions& options) {
   const kernels::KernelTable& kernels = choose_kernels(options.isa);
   tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                             static_cast<std::size_t>(options.threads));
-  SimulationSetup setup = bed_and_ball(options.particles);
+  SolverSetup setup = bed_and_ball(options.particles);
   const Vec3 velocity = setup.snow[kBall].velocity.front();
   setup.sleep = true;
   FirnRun start(kernels, setup);

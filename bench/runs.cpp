@@ -7,8 +7,7 @@
 
 namespace firn::bench {
 
-FirnRun::FirnRun(const kernels::KernelTable& kernels, SimulationSetup setup)
-    : state_(kernels, std::move(setup)) {
+FirnRun::FirnRun(const kernels::KernelTable& kernels, SolverSetup setup) : state_(kernels, std::move(setup)) {
   place_particles(state_);
   state_.rebuild_grid();
   state_.summarise();
@@ -60,7 +59,7 @@ Json FirnRun::stages() const {
   return ns;
 }
 
-NaiveRun::NaiveRun(const SimulationSetup& setup, bool stop_early)
+NaiveRun::NaiveRun(const SolverSetup& setup, bool stop_early)
     : simulation_(setup, stop_early), dx_(setup.dx), allowed_speed_(2 * scene_speed(setup)) {}
 
 bool NaiveRun::step(double dt, bool counts, std::string& why) {

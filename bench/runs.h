@@ -38,7 +38,7 @@ struct Tally {
 
 class FirnRun {
  public:
-  FirnRun(const kernels::KernelTable& kernels, SimulationSetup setup);
+  FirnRun(const kernels::KernelTable& kernels, SolverSetup setup);
 
   // False when dt is longer than firn's stable limit, or the simulation blew up (`why` says it).
   bool step(double dt, bool counts, std::string& why);
@@ -46,20 +46,20 @@ class FirnRun {
   const Tally& tally() const { return tally_; }
   // ns a particle-step; "other" is what step() does beside the named stages.
   Json stages() const;
-  const Simulation::State& state() const { return state_; }
-  Simulation::State& state() { return state_; }
+  const Solver::State& state() const { return state_; }
+  Solver::State& state() { return state_; }
 
  private:
   using Clock = std::chrono::steady_clock;
   double& seconds_of(const char* stage);
-  Simulation::State state_;
+  Solver::State state_;
   Tally tally_;
   std::vector<std::pair<std::string, double>> seconds_;  // of each stage, in their order
 };
 
 class NaiveRun {
  public:
-  NaiveRun(const SimulationSetup& setup, bool stop_early);
+  NaiveRun(const SolverSetup& setup, bool stop_early);
 
   // False when a particle is not finite, crosses a cell in a step or is faster than the scene's energy
   // allows.

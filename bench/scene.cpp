@@ -70,8 +70,8 @@ PlacedSnow snow_of_scene(const std::string& name, std::size_t particles) {
 
 }  // namespace
 
-SimulationSetup bench_scene(const std::string& name, std::size_t particles) {
-  SimulationSetup setup;
+SolverSetup bench_scene(const std::string& name, std::size_t particles) {
+  SolverSetup setup;
   setup.dx = kSceneDx;
   setup.sleep = false;  // every particle-step that is counted is made
   setup.snow.push_back(snow_of_scene(name, particles));
@@ -82,7 +82,7 @@ SimulationSetup bench_scene(const std::string& name, std::size_t particles) {
   return setup;
 }
 
-double scene_speed(const SimulationSetup& setup) {
+double scene_speed(const SolverSetup& setup) {
   double top = 0, start = 0;
   const PlacedSnow& snow = setup.snow.front();
   for (std::size_t i = 0; i < snow.position.size(); ++i) {

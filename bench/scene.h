@@ -11,16 +11,16 @@
 #include <cstddef>
 #include <string>
 
-#include "src/mpm/simulation.h"
+#include "src/mpm/solver.h"
 
 namespace firn::bench {
 
 inline constexpr double kSceneDx = 1.0 / 128;  // m
 
 // About this many particles. Errors: usage, for an unknown name.
-SimulationSetup bench_scene(const std::string& name, std::size_t particles);
+SolverSetup bench_scene(const std::string& name, std::size_t particles);
 
 // m/s; no particle of the scene can be faster than twice this unless the simulation has blown up.
-double scene_speed(const SimulationSetup& setup);
+double scene_speed(const SolverSetup& setup);
 
 }  // namespace firn::bench

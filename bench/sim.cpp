@@ -35,7 +35,7 @@ std::optional<Runs> run_at(double dt, const SimOptions& options, bool naive,
                            const kernels::KernelTable& kernels) {
   Runs runs;
   {
-    SimulationSetup setup = bench_scene(options.scene, options.particles);
+    SolverSetup setup = bench_scene(options.scene, options.particles);
     if (naive) runs.naive = std::make_unique<NaiveRun>(setup, options.stop_early);
     runs.firn = std::make_unique<FirnRun>(kernels, std::move(setup));
   }

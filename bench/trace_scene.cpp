@@ -123,8 +123,8 @@ Snapshot snapshot_of(const std::vector<Vec3>& points, const std::vector<std::uin
   s.resize(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     for (int axis = 0; axis < 3; ++axis) {
-      s.x[axis][i] = static_cast<float>(points[order[i]][axis]);
-      s.v[axis][i] = 0;
+      s.position[axis][i] = static_cast<float>(points[order[i]][axis]);
+      s.velocity[axis][i] = 0;
     }
     s.density[i] = 300;
     s.volume0[i] = 1;

@@ -8,7 +8,8 @@
 #include <cstddef>
 #include <string>
 
-#include "src/particles/snapshot.h"
+#include "firn/snapshot.h"
+#include "src/core/vector.h"
 
 namespace firn::bench {
 

@@ -6,8 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "firn/snapshot.h"
 #include "kernels/table.h"
-#include "src/particles/snapshot.h"
+#include "src/core/vector.h"
 
 namespace firn::bench {
 

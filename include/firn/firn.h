@@ -5,4 +5,5 @@
 #include "firn/observer.h"
 #include "firn/scene.h"
 #include "firn/session.h"
+#include "firn/simulation.h"
 #include "firn/version.h"

@@ -29,13 +29,17 @@ FIRN_INLINE Vec3 after_contact(const ContactNodes& c, const Vec3& v, const Vec3&
   return c.kind == kSlip ? slid : select(less(v_n, zero), slid, v);
 }
 
+// Where nodes i, i + 1, ... lie from the block's first one, cells.
+FIRN_INLINE Vec3 node_offset(int i) {
+  const Ints node = lane_numbers() + i;
+  return {to_float(node >> 4), to_float(node >> 2 & 3), to_float(node & 3)};
+}
+
 // The collider's velocity at nodes i, i + 1, ...
 FIRN_INLINE Vec3 collider_velocity(const ContactNodes& c, int i) {
-  const Ints node = lane_numbers() + i;
-  const Vec3 offset{to_float(node >> 4), to_float(node >> 2 & 3), to_float(node & 3)};
   const Vec3 turn{splat(c.turn[0]), splat(c.turn[1]), splat(c.turn[2])};
   const Vec3 velocity{splat(c.velocity[0]), splat(c.velocity[1]), splat(c.velocity[2])};
-  return velocity + cross(turn, offset);
+  return velocity + cross(turn, node_offset(i));
 }
 
 // A sum over the nodes that does not depend on the number of lanes: node n goes into part n mod 8, in order.
@@ -63,7 +67,7 @@ class NodeSum {
 
 FIRN_INLINE void apply_contact(const ContactNodes& c, std::uint64_t counted, NodeColumns& v,
                                double* impulse) {
-  NodeSum sum[3];
+  NodeSum sum[kImpulseParts];
   for (int i = 0; i < kBlockNodes; i += kLanes) {
     const Mask touching = less(load(c.distance + i), splat(kTouchingCells));
     if (!any(touching)) continue;
@@ -82,11 +86,15 @@ FIRN_INLINE void apply_contact(const ContactNodes& c, std::uint64_t counted, Nod
     store(v.z + i, after.z);
     const Mask counts = mask_of_bits(static_cast<int>(counted >> i & kAllLanes));
     const Vec3 given = (after - before) * select(counts, load(v.mass + i), splat(0.f));
+    const Vec3 moment = cross(node_offset(i), given);
     sum[0].add(i, given.x);
     sum[1].add(i, given.y);
     sum[2].add(i, given.z);
+    sum[3].add(i, moment.x);
+    sum[4].add(i, moment.y);
+    sum[5].add(i, moment.z);
   }
-  for (int axis = 0; axis < 3; ++axis) impulse[axis] += sum[axis].total();
+  for (int k = 0; k < kImpulseParts; ++k) impulse[k] += sum[k].total();
 }
 
 // The mass of each node in all of its four lanes.
@@ -126,7 +134,7 @@ void grid_update(const StepParams& step, const ContactNodes* contacts, int conta
     v.mass[i] = nodes[4 * i + 3];
   }
   for (int k = 0; k < contact_count; ++k) {
-    apply_contact(contacts[k], counted, v, impulses + 3 * contacts[k].collider);
+    apply_contact(contacts[k], counted, v, impulses + kImpulseParts * contacts[k].collider);
   }
   for (int i = 0; i < kBlockNodes; ++i) {
     nodes[4 * i] = v.x[i];

@@ -17,8 +17,8 @@ struct MpmKernels {
   void (*reduce_tiles)(const float* const tiles[kNeighbours], float* nodes);
 
   // Momentum -> velocity, gravity, then the contacts in order. The fourth float stays the mass. What a
-  // contact gives to the nodes whose bit is set in `counted` (bit n: node n) is added to impulses[3 *
-  // collider ..] (kg m/s).
+  // contact gives to the nodes whose bit is set in `counted` (bit n: node n) is added to impulses[6 *
+  // collider ..]: the impulse (kg m/s), then its moment about the block's first node (kg m/s cells).
   void (*grid_update)(const StepParams&, const ContactNodes* contacts, int contact_count,
                       std::uint64_t counted, float* nodes, double* impulses);
 

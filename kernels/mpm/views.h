@@ -18,6 +18,7 @@ inline constexpr int kBlockSide = 4;    // cells and nodes
 inline constexpr int kBlockNodes = 64;  // z fastest
 inline constexpr int kNodeFloats = 4;   // momentum or velocity x y z, mass
 inline constexpr int kBlockFloats = kBlockNodes * kNodeFloats;
+inline constexpr int kImpulseParts = 6;  // an impulse x y z and its moment x y z
 inline constexpr int kTileSide = 8;
 inline constexpr int kTileFloats = 2048;  // 8x8x8 nodes, z fastest
 // One more cache line: the last stencil row reads one node too many (weight 0), and tiles do not alias.

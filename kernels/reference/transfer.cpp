@@ -112,8 +112,14 @@ void grid_update(const StepParams& step, const ContactNodes* contacts, int conta
       const double before[3] = {node[0], node[1], node[2]};
       touch(contacts[c], n, node);
       if (!(counted >> n & 1)) continue;
+      double given[3];
+      for (int axis = 0; axis < 3; ++axis) given[axis] = node[3] * (node[axis] - before[axis]);
+      const int offset[3] = {n / 16, n / 4 % 4, n % 4};
+      double* const sum = impulses + kImpulseParts * contacts[c].collider;
       for (int axis = 0; axis < 3; ++axis) {
-        impulses[3 * contacts[c].collider + axis] += node[3] * (node[axis] - before[axis]);
+        const int next = (axis + 1) % 3, last = (axis + 2) % 3;
+        sum[axis] += given[axis];
+        sum[3 + axis] += offset[next] * given[last] - offset[last] * given[next];
       }
     }
   }

@@ -14,7 +14,7 @@
 #include "src/app/report.h"
 #include "src/core/isa.h"
 #include "src/core/text.h"
-#include "src/mpm/simulation.h"
+#include "src/mpm/solver.h"
 #include "src/render/renderer.h"
 #include "src/scene/footing.h"
 #include "src/scene/scene.h"
@@ -62,7 +62,7 @@ std::string box(const Bounds& b) {
               b.min.z(), b.max.z());
 }
 
-void print_snow(const SimulationSetup& setup) {
+void print_snow(const SolverSetup& setup) {
   std::size_t particles = 0;
   double mass = 0;
   for (const auto& snow : setup.snow) {
@@ -88,7 +88,7 @@ struct Solids {
   std::vector<Shape> shapes;
 };
 
-Solids solids_of(const SimulationSetup& setup, const RenderSetup& render) {
+Solids solids_of(const SolverSetup& setup, const RenderSetup& render) {
   Solids solids;
   for (const Collider& c : setup.colliders) {
     solids.names.push_back(c.name == "ground" ? "the ground" : "collider '" + c.name + "'");
@@ -108,7 +108,7 @@ bool is_at_rest(const SnowConfig& snow) {
   return snow.velocity.isZero(0) && snow.spin.isZero(0) && !snow.terminal_velocity;
 }
 
-void warn_of_footing(Warnings& warnings, const SceneConfig& scene, const SimulationSetup& setup,
+void warn_of_footing(Warnings& warnings, const SceneConfig& scene, const SolverSetup& setup,
                      const Solids& solids) {
   const std::vector<Footing> footings = footing_of(setup, solids.shapes);
   for (std::size_t i = 0; i < footings.size(); ++i) {
@@ -129,7 +129,7 @@ void warn_of_footing(Warnings& warnings, const SceneConfig& scene, const Simulat
   }
 }
 
-void print_sights(Warnings& warnings, const SimulationSetup& setup, const RenderSetup& render,
+void print_sights(Warnings& warnings, const SolverSetup& setup, const RenderSetup& render,
                   const Sights& sights) {
   std::string seen;
   const auto add = [&](const std::string& name, std::size_t pixels) {
@@ -148,8 +148,8 @@ void print_sights(Warnings& warnings, const SimulationSetup& setup, const Render
   }
 }
 
-SimulationSetup without_particles(const SimulationSetup& setup) {
-  SimulationSetup bare;
+SolverSetup without_particles(const SolverSetup& setup) {
+  SolverSetup bare;
   bare.dx = setup.dx;
   bare.gravity = setup.gravity;
   bare.fixed_dt = setup.fixed_dt;
@@ -163,7 +163,7 @@ SimulationSetup without_particles(const SimulationSetup& setup) {
 }
 
 // s; of the longest step while the snow is as it was placed, and of that which its packing may come to.
-std::pair<double, double> elastic_steps(const SimulationSetup& setup) {
+std::pair<double, double> elastic_steps(const SolverSetup& setup) {
   double fresh = setup.max_dt, packed = setup.max_dt;
   for (const PlacedSnow& snow : setup.snow) {
     const double dt = stable_dt(snow.material, setup.dx);
@@ -173,7 +173,7 @@ std::pair<double, double> elastic_steps(const SimulationSetup& setup) {
   return {fresh, packed};
 }
 
-void print_time(const SceneConfig& scene, const SimulationSetup& setup, const TimeStep& step) {
+void print_time(const SceneConfig& scene, const SolverSetup& setup, const TimeStep& step) {
   const double frame = scene.time.speed / scene.time.fps;
   const auto [fresh, packed] = elastic_steps(setup);
   const double longest = setup.fixed_dt.value_or(std::max(step.dt, fresh)),
@@ -192,7 +192,7 @@ void print_time(const SceneConfig& scene, const SimulationSetup& setup, const Ti
                            " steps a frame, " + range(least * frames, most * frames) + " in all");
 }
 
-void print_memory(const Rehearsal& rehearsal, const Simulation& simulation) {
+void print_memory(const Rehearsal& rehearsal, const Solver& simulation) {
   print_line("memory", mebibytes(rehearsal.at_start) + " at frame 0, at most " +
                            mebibytes(rehearsal.peak_low) + " to " + mebibytes(rehearsal.peak_high) +
                            " later");
@@ -209,13 +209,13 @@ ExitCode check_command(const Options& options) {
   if (scene.output.movie && scene.time.frames > 1)
     require_movie(scene);  // in the order in which a run refuses
   const auto renderer = make_renderer(scene, kernels);
-  SimulationSetup setup = build_simulation(scene, options.session.force);
+  SolverSetup setup = build_simulation(scene, options.session.force);
   print_line("scene", scene.name + " (" + scene.file + (options.quick ? ", quick size)" : ")"));
   print_snow(setup);
   Warnings warnings(scene);
   warn_of_footing(warnings, scene, setup, solids_of(setup, renderer->setup()));
-  const SimulationSetup bare = without_particles(setup);  // a run keeps them no longer, either
-  Simulation simulation(kernels, std::move(setup));
+  const SolverSetup bare = without_particles(setup);  // a run keeps them no longer, either
+  Solver simulation(kernels, std::move(setup));
   print_line("grid", text("dx %.4g m, ", bare.dx) + grouped(simulation.grid_blocks()) +
                          " blocks of 4x4x4 nodes, growing with the snow");
   print_time(scene, bare, simulation.stable_step());

@@ -4,11 +4,17 @@
 #include <Eigen/Core>
 #include <array>
 
+#include "firn/vector.h"
+
 namespace firn {
 
 using Vec3 = Eigen::Vector3d;  // metres, m/s, ...; world space, right-handed, +Y up
 using Mat3 = Eigen::Matrix3d;
 using Vec3f = Eigen::Vector3f;  // render space (metres from the render origin) or linear RGB
+
+// To and from the public types.
+inline Vec3 vec(const Vector3& v) { return {v[0], v[1], v[2]}; }
+inline Vector3 array_of(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
 // Of linear RGB: Rec. 709.
 template <class Rgb>

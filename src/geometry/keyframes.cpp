@@ -10,9 +10,8 @@
 #include "src/core/rng.h"
 
 namespace firn {
-namespace {
 
-// Rodrigues: the rotation by |turn| about turn.
+// Rodrigues.
 Mat3 rotation_by(const Vec3& turn) {
   const double angle = turn.norm();
   if (!(angle > 0)) return Mat3::Identity();
@@ -22,6 +21,8 @@ Mat3 rotation_by(const Vec3& turn) {
   across << 0, -axis.z(), axis.y(), axis.z(), 0, -axis.x(), -axis.y(), axis.x(), 0;
   return a.cos * Mat3::Identity() + a.sin * across + (1 - a.cos) * (axis * axis.transpose());
 }
+
+namespace {
 
 // The short way from one orientation to another, as axis times angle, world axes.
 Vec3 turn_between(const Mat3& from, const Mat3& to) {

@@ -11,6 +11,8 @@
 
 namespace firn {
 
+Mat3 rotation_by(const Vec3& turn);  // by |turn| (rad) about it
+
 struct MotionKey {
   double time = 0;                   // s
   Vec3 shift = Vec3::Zero();         // m, from the place where the body was put

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "firn/observer.h"
-#include "src/particles/snapshot.h"
+#include "firn/snapshot.h"
 #include "src/render/film/picture.h"
 
 namespace firn {

@@ -5,15 +5,15 @@
 //
 //   "FIRNCKPT"  u32 version  u64 hash of the resolved scene  i32 frame  u64 particle-steps
 //   u32 pending frames  { u64 bytes, record as JSON, u64 bytes, particle file } x pending
-//   u64 bytes, Simulation::save stream    u64 XXH3 of all before
+//   u64 bytes, Solver::save stream    u64 XXH3 of all before
 #pragma once
 #include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "firn/snapshot.h"
 #include "src/io/manifest.h"
-#include "src/particles/snapshot.h"
 
 namespace firn {
 
@@ -27,7 +27,7 @@ struct Checkpoint {
   int frame = -1;                     // the last frame whose time the simulation has reached
   std::uint64_t particle_steps = 0;   // up to that frame
   std::vector<PendingFrame> pending;  // frames up to `frame` that were not written, in order, each once
-  std::string state;                  // what Simulation::save wrote
+  std::string state;                  // what Solver::save wrote
 };
 
 void write_checkpoint(const std::filesystem::path& path, const Checkpoint& checkpoint);

@@ -41,8 +41,8 @@ void metrics_fields(M& m, F&& field) {
   field("density_p95_kg_m3", m.density_p95);
   field("front_m", m.front);
   field("max_speed_m_s", m.max_speed);
-  field("bounds_min_m", m.bounds.min);
-  field("bounds_max_m", m.bounds.max);
+  field("bounds_min_m", m.bounds_min);
+  field("bounds_max_m", m.bounds_max);
   field("dt_s", m.step.dt);
   field("dt_cause", m.step.cause);
   field("contact_force_N", m.contacts);
@@ -107,7 +107,7 @@ struct Store {
   void operator()(const char* name, const T& value) const {
     json[name] = value;
   }
-  void operator()(const char* name, const Vec3& v) const { json[name] = {v.x(), v.y(), v.z()}; }
+  void operator()(const char* name, const Vector3& v) const { json[name] = v; }
   void operator()(const char* name, const Metrics& m) const {
     metrics_fields(m, Store{json[name] = Json::object()});
   }
@@ -117,6 +117,7 @@ struct Store {
       const Store to{list.emplace_back(Json::object())};
       to("collider", contact.collider);
       to("force", contact.force);
+      to("torque", contact.torque);
     }
   }
   void operator()(const char* name, const std::vector<std::pair<std::string, std::string>>& files) const {
@@ -152,9 +153,8 @@ struct Load {
     const auto found = json.find(name);
     value = found == json.end() || found->is_null() ? 0.0 : found->get<double>();
   }
-  void operator()(const char* name, Vec3& v) const {
-    for (int axis = 0; axis < 3; ++axis)
-      v[axis] = json.at(name).at(static_cast<std::size_t>(axis)).get<double>();
+  void operator()(const char* name, Vector3& v) const {
+    for (std::size_t axis = 0; axis < 3; ++axis) v[axis] = json.at(name).at(axis).get<double>();
   }
   void operator()(const char* name, Metrics& m) const { metrics_fields(m, Load{json.at(name)}); }
   void operator()(const char* name, std::vector<ContactForce>& contacts) const {
@@ -163,6 +163,7 @@ struct Load {
       const Load from{item};
       from("collider", contact.collider);
       from("force", contact.force);
+      if (item.contains("torque")) from("torque", contact.torque);
     }
   }
   void operator()(const char* name, std::vector<std::pair<std::string, std::string>>& files) const {

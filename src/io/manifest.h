@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "src/mpm/simulation.h"
+#include "src/mpm/solver.h"
 
 namespace firn {
 

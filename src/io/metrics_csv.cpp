@@ -39,7 +39,7 @@ std::string header_of(const Metrics& metrics) {
   return header + "\n";
 }
 
-void put_vector(std::ostream& out, const Vec3& v) { out << ',' << v.x() << ',' << v.y() << ',' << v.z(); }
+void put_vector(std::ostream& out, const Vector3& v) { out << ',' << v[0] << ',' << v[1] << ',' << v[2]; }
 
 std::string row_of(int frame, const Metrics& m) {
   std::ostringstream row;
@@ -51,8 +51,8 @@ std::string row_of(int frame, const Metrics& m) {
   row << ',' << m.kinetic_energy << ',' << m.elastic_energy << ',' << m.potential_energy << ','
       << m.plastic_work << ',' << m.volume << ',' << m.density_p05 << ',' << m.density_p50 << ','
       << m.density_p95 << ',' << m.front << ',' << m.max_speed;
-  put_vector(row, m.bounds.min);
-  put_vector(row, m.bounds.max);
+  put_vector(row, m.bounds_min);
+  put_vector(row, m.bounds_max);
   row << ',' << m.step.dt << ',' << field(m.step.cause);
   for (const ContactForce& contact : m.contacts) put_vector(row, contact.force);
   row << '\n';

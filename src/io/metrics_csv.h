@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "src/io/manifest.h"
-#include "src/mpm/simulation.h"
+#include "src/mpm/solver.h"
 
 namespace firn {
 

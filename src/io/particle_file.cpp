@@ -3,6 +3,7 @@
 
 #include "src/io/byte_stream.h"
 #include "src/io/file.h"
+#include "src/particles/snapshot.h"
 
 namespace firn {
 namespace {
@@ -14,8 +15,8 @@ constexpr std::size_t kBytesPerParticle =
     8 * sizeof(float) + 3 * sizeof(std::int16_t) + sizeof(std::uint32_t) + sizeof(std::uint16_t);
 
 template <class T>
-std::string_view bytes_of(const std::vector<T>& column) {
-  return {reinterpret_cast<const char*>(column.data()), column.size() * sizeof(T)};
+std::string_view bytes_of(std::span<T> column) {
+  return {reinterpret_cast<const char*>(column.data()), column.size_bytes()};
 }
 
 // The hash of a file image with its hash field left out.
@@ -37,7 +38,7 @@ std::string encode_snapshot(const Snapshot& snapshot) {
   put(file, snapshot.dx);
   put(file, static_cast<std::uint64_t>(snapshot.size()));
   put(file, std::uint64_t{0});
-  const_cast<Snapshot&>(snapshot).for_each_column([&](const auto& column) { file += bytes_of(column); });
+  for_each_stored_column(snapshot, [&](auto column) { file += bytes_of(column); });
   const std::uint64_t hash = content_hash(file);
   std::memcpy(file.data() + kHashOffset, &hash, sizeof hash);
   return file;
@@ -62,8 +63,8 @@ Snapshot decode_snapshot(std::string_view bytes, const std::string& where) {
   }
   if (hash != content_hash(bytes)) in.fail("damaged particle file: wrong checksum");
   snapshot.resize(count);
-  snapshot.for_each_column([&](auto& column) {
-    const std::size_t size = column.size() * sizeof column[0];
+  for_each_stored_column(snapshot, [&](auto column) {
+    const std::size_t size = column.size_bytes();
     if (size) std::memcpy(column.data(), in.take(size).data(), size);
   });
   return snapshot;

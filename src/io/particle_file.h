@@ -12,14 +12,14 @@
 //   56      8      u64 n, number of particles
 //   64      8      u64 XXH3 of bytes 0..63 followed by the columns
 //   72      44 n   columns: f32 x y z (m from the origin), f32 vx vy vz (m/s), f32 density (kg/m^3),
-//                  f32 volume0 (m^3), i16 x 3 turn (axis tan(angle / 4), in 1/32767), u32 id, u16 object;
+//                  f32 volume0 (m^3), i16 x 3 rotation (axis tan(angle / 4), in 1/32767), u32 id, u16 object;
 //                  each n entries, one after another
 #pragma once
 #include <filesystem>
 #include <string>
 #include <string_view>
 
-#include "src/particles/snapshot.h"
+#include "firn/snapshot.h"
 
 namespace firn {
 

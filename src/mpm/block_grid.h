@@ -9,7 +9,7 @@
 
 #include "kernels/mpm/views.h"
 #include "src/core/aligned.h"
-#include "src/mpm/simulation.h"
+#include "src/mpm/solver.h"
 #include "src/particles/blocks.h"
 
 namespace firn {
@@ -20,6 +20,8 @@ class BlockGrid {
   using Neighbours = std::array<std::uint32_t, kernels::kNeighbours>;
 
   void rebuild(const ParticleBlocks& occupied, const std::vector<Collider>& colliders, double dx);
+
+  void forget_contacts() { key_.clear(); }  // the next rebuild() finds all anew
 
   std::size_t size() const { return key_.size(); }
   std::size_t resident_bytes() const;

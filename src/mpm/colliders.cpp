@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "src/mpm/colliders.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 
 namespace firn {
@@ -74,6 +75,16 @@ double distance_to(const Bounds& bounds, const Vec3& x) {
 }
 
 }  // namespace
+
+Vec3 pivot_of(const Collider& collider, double time) {
+  return collider.motion.empty() ? collider.shape.pose.translation : collider.motion.pivot(time);
+}
+
+Impulse take_impulse(double* sums, const BlockCoord& block, double dx) {
+  const Vec3 linear(sums[0], sums[1], sums[2]), moment(sums[3], sums[4], sums[5]);
+  std::fill_n(sums, kernels::kImpulseParts, 0.0);
+  return {linear, node_position(block, 0, dx).cross(linear) + dx * moment};
+}
 
 std::vector<kernels::ContactNodes> contacts_of_block(const std::vector<Collider>& colliders,
                                                      const BlockCoord& block, double dx) {

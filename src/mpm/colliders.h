@@ -6,7 +6,8 @@
 #include <vector>
 
 #include "kernels/mpm/views.h"
-#include "src/mpm/simulation.h"
+#include "src/mpm/contact_forces.h"
+#include "src/mpm/solver.h"
 #include "src/particles/blocks.h"
 
 namespace firn {
@@ -15,6 +16,13 @@ namespace firn {
 inline Vec3 world_in_block(const BlockCoord& block, const Vec3& cells, double dx) {
   return (4.0 * Vec3(block.x, block.y, block.z) + cells) * dx;
 }
+
+// m; about which the collider turns, and about which its torque is told: of one that stands, the place that
+// its shape is put at.
+Vec3 pivot_of(const Collider& collider, double time);
+
+// What kernels summed over a block for one collider (kernels::kImpulseParts numbers), which are set to 0.
+Impulse take_impulse(double* sums, const BlockCoord& block, double dx);
 
 // The colliders without a motion that some node of the block touches, in the scene's order.
 std::vector<kernels::ContactNodes> contacts_of_block(const std::vector<Collider>& colliders,

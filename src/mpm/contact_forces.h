@@ -16,27 +16,47 @@
 
 namespace firn {
 
+// An impulse on the snow and its moment about the origin of the simulation's frame; a second of it: force and
+// torque.
+struct Impulse {
+  Vec3 linear = Vec3::Zero();   // N s
+  Vec3 angular = Vec3::Zero();  // N m s
+
+  static Impulse at(const Vec3& place, const Vec3& linear) { return {linear, place.cross(linear)}; }
+  Vec3 moment_about(const Vec3& place) const { return angular - place.cross(linear); }
+  bool is_zero() const { return linear.isZero(0) && angular.isZero(0); }
+  Impulse& operator+=(const Impulse& other) {
+    linear += other.linear;
+    angular += other.angular;
+    return *this;
+  }
+  friend Impulse operator*(double scale, const Impulse& i) { return {scale * i.linear, scale * i.angular}; }
+  friend Impulse operator-(const Impulse& a, const Impulse& b) {
+    return {a.linear - b.linear, a.angular - b.angular};
+  }
+};
+
 // One entry a collider, in the scene's order.
 struct ContactForces {
-  std::vector<Vec3> impulse;      // N s, on the snow since the interval began
-  std::vector<Vec3> on_sleepers;  // N, while they sleep
-  double since = 0;               // s, when the interval began
-  bool complete = true;           // the next step begins another one
+  std::vector<Impulse> impulse;      // on the snow since the interval began
+  std::vector<Impulse> on_sleepers;  // a second, while they sleep
+  double since = 0;                  // s, when the interval began
+  bool complete = true;              // the next step begins another one
 
-  explicit ContactForces(std::size_t colliders)
-      : impulse(colliders, Vec3::Zero()), on_sleepers(colliders, Vec3::Zero()) {}
+  explicit ContactForces(std::size_t colliders) : impulse(colliders), on_sleepers(colliders) {}
 
   void begin_if_complete(double time) {
     if (!std::exchange(complete, false)) return;
-    impulse.assign(impulse.size(), Vec3::Zero());
+    impulse.assign(impulse.size(), {});
     since = time;
   }
   void add_sleepers(double dt) {
     for (std::size_t k = 0; k < impulse.size(); ++k) impulse[k] += dt * on_sleepers[k];
   }
-  // N, over the interval up to `time`; 0 before the first step.
-  Vec3 mean(std::size_t collider, double time) const {
-    return time > since ? Vec3(impulse[collider] / (time - since)) : Vec3::Zero();
+  // A second of it, over the interval up to `time`; 0 before the first step.
+  Impulse mean(std::size_t collider, double time) const {
+    if (time <= since) return {};
+    return {impulse[collider].linear / (time - since), impulse[collider].angular / (time - since)};
   }
 };
 
@@ -44,7 +64,7 @@ struct ContactForces {
 struct SleepingNodes {
   struct Force {
     std::uint32_t collider;
-    Vec3 force;  // N
+    Impulse force;  // a second of it
   };
   std::uint64_t nodes = 0;  // bit n: node n
   std::vector<Force> forces;

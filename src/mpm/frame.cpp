@@ -5,17 +5,20 @@
 
 namespace firn {
 
-SimulationSetup in_frame(SimulationSetup setup) {
+void into_frame(const Pose& frame, PlacedSnow& snow) {
+  const Mat3 to_local = frame.rotation.transpose();
+  parallel_for(snow.position.size(), 4096, [&](std::size_t i) {
+    snow.position[i] = frame.to_local(snow.position[i]);
+    snow.velocity[i] = to_local * snow.velocity[i];
+  });
+}
+
+SolverSetup in_frame(SolverSetup setup) {
   if (!setup.frame) return setup;
   const Pose& frame = *setup.frame;
   const Mat3 to_local = frame.rotation.transpose();
   setup.gravity = to_local * setup.gravity;
-  for (PlacedSnow& snow : setup.snow) {
-    parallel_for(snow.position.size(), 4096, [&](std::size_t i) {
-      snow.position[i] = frame.to_local(snow.position[i]);
-      snow.velocity[i] = to_local * snow.velocity[i];
-    });
-  }
+  for (PlacedSnow& snow : setup.snow) into_frame(frame, snow);
   for (Collider& collider : setup.colliders) {
     collider.shape.pose = frame.to_local(collider.shape.pose);
     collider.motion = collider.motion.seen_from(frame);

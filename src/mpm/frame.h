@@ -4,12 +4,14 @@
 // through in_frame() once, steps in local coordinates, and is turned back where metrics and snapshots leave.
 // The columns of a checkpoint and the state's hash are local.
 #pragma once
-#include "src/mpm/simulation.h"
+#include "src/mpm/solver.h"
 
 namespace firn {
 
+void into_frame(const Pose& frame, PlacedSnow& snow);
+
 // The same scene as seen from setup.frame, which stays as it was.
-SimulationSetup in_frame(SimulationSetup setup);
+SolverSetup in_frame(SolverSetup setup);
 
 // Without a frame these change no bit.
 inline Vec3 point_in_world(const std::optional<Pose>& frame, const Vec3& local) {

@@ -59,7 +59,7 @@ kernels::MaterialParams material_params(const Material& m) {
 }
 
 // Quadratic drag -k |v| v that balances gravity at the terminal velocity. Without gravity nothing has one.
-std::vector<float> air_drag(const SimulationSetup& setup) {
+std::vector<float> drag_of(const SolverSetup& setup) {
   std::vector<float> drag;
   for (const PlacedSnow& snow : setup.snow) {
     const double v = snow.terminal_velocity.value_or(HUGE_VAL);
@@ -98,11 +98,14 @@ void release(std::vector<T>& values) {  // `= {}` would keep the memory
   std::vector<T>().swap(values);
 }
 
-void fill_place(const kernels::ParticleView& p, std::size_t i, const LatticePoint& at, const Vec3& velocity) {
+void fill_place(const kernels::ParticleView& p, std::size_t i, const LatticePoint& at) {
   constexpr std::int64_t kInBlock = 4ll * kernels::kOneCell - 1;
   p.x[0][i] = static_cast<std::int32_t>(at.x & kInBlock);
   p.x[1][i] = static_cast<std::int32_t>(at.y & kInBlock);
   p.x[2][i] = static_cast<std::int32_t>(at.z & kInBlock);
+}
+
+void fill_velocity(const kernels::ParticleView& p, std::size_t i, const Vec3& velocity) {
   for (int axis = 0; axis < 3; ++axis) p.v[axis][i] = static_cast<float>(velocity[axis]);
 }
 
@@ -118,7 +121,7 @@ void fill_material(const kernels::ParticleView& p, std::size_t i, const PlacedSn
 
 // Positions and velocities are given back before most of the columns are touched, so that placing snow takes
 // no more memory than stepping it.
-void fill_columns(Simulation::State& state) {
+void fill_columns(Solver::State& state) {
   std::vector<PlacedSnow>& snow = state.setup.snow;
   const Sources sources(snow);
   std::vector<Mat3> gradients;
@@ -139,7 +142,8 @@ void fill_columns(Simulation::State& state) {
     });
   };
   for_each([&](std::size_t i, std::size_t object, std::size_t index) {
-    fill_place(p, i, place(order[i]), snow[object].velocity[index]);
+    fill_place(p, i, place(order[i]));
+    fill_velocity(p, i, snow[object].velocity[index]);
     p.id[i] = order[i];
     p.object[i] = static_cast<std::uint32_t>(object);
   });
@@ -153,39 +157,77 @@ void fill_columns(Simulation::State& state) {
   for (PlacedSnow& s : snow) release(s.packing);
 }
 
-void read_budget(Simulation::State& state) {
-  double lightest = HUGE_VAL, stiffest = 0;  // kg, J
-  state.budget.top = -HUGE_VAL;
-  for (const PlacedSnow& snow : state.setup.snow) {
-    for (std::size_t i = 0; i < snow.position.size(); ++i) {
-      state.budget.start_speed = std::max(state.budget.start_speed, snow.velocity[i].norm());
-      state.budget.top = std::max(state.budget.top, height_against(state.setup.gravity, snow.position[i]));
-    }
-    if (snow.position.empty()) continue;
-    lightest = std::min(lightest, snow.particle_mass());
-    const ElasticModuli moduli = elastic_moduli(snow.material);
-    stiffest = std::max(stiffest, (moduli.lambda + 2 * moduli.mu) * snow.particle_volume);
-    state.budget.elastic_speed = std::max(state.budget.elastic_speed, 0.01 * moduli.p_wave_speed);
+// More snow, of which the scene may make speed.
+void add_to_budget(Solver::State& state, const PlacedSnow& snow) {
+  for (std::size_t i = 0; i < snow.position.size(); ++i) {
+    state.budget.start_speed = std::max(state.budget.start_speed, snow.velocity[i].norm());
+    state.budget.top = std::max(state.budget.top, height_against(state.setup.gravity, snow.position[i]));
   }
-  state.mass_floor = static_cast<float>(1e-12 * lightest);
-  state.work_quanta = 0x1p40 / stiffest;  // a yielding particle's work is some 10^-7 to 10^-3 of it in a step
+  if (snow.position.empty()) return;
+  const auto floor = static_cast<float>(1e-12 * snow.particle_mass());
+  const ElasticModuli moduli = elastic_moduli(snow.material);
+  // A yielding particle's work is some 10^-7 to 10^-3 of it in a step.
+  const double stiffness = (moduli.lambda + 2 * moduli.mu) * snow.particle_volume,
+               quanta = 0x1p40 / stiffness;
+  state.mass_floor = state.mass_floor > 0 ? std::min(state.mass_floor, floor) : floor;
+  state.work_quanta = state.work_quanta > 0 ? std::min(state.work_quanta, quanta) : quanta;
+  state.budget.elastic_speed = std::max(state.budget.elastic_speed, 0.01 * moduli.p_wave_speed);
+}
+
+void check_finite(const PlacedSnow& snow) {
+  for (std::size_t i = 0; i < snow.position.size(); ++i) {
+    if (snow.position[i].allFinite() && snow.velocity[i].allFinite()) continue;
+    throw Error(ErrorCode::usage, "",
+                "a particle of snow '" + snow.name + "' has a position or velocity that is not finite");
+  }
+}
+
+void check_count(std::size_t particles, std::size_t objects) {
+  if (particles >= UINT32_MAX)
+    throw Error(ErrorCode::usage, "", "more than 4,294,967,294 particles: choose a larger dx");
+  if (objects > UINT16_MAX + std::size_t{1})  // Snapshot::object
+    throw Error(ErrorCode::usage, "", "more than 65,536 snow objects");
 }
 
 void check_placed(const std::vector<PlacedSnow>& snow) {
   std::size_t count = 0;
   for (const PlacedSnow& s : snow) {
     count += s.position.size();
-    for (std::size_t i = 0; i < s.position.size(); ++i) {
-      if (s.position[i].allFinite() && s.velocity[i].allFinite()) continue;
-      throw Error(ErrorCode::usage, "",
-                  "a particle of snow '" + s.name + "' has a position or velocity that is not finite");
-    }
+    check_finite(s);
   }
   if (count == 0) throw Error(ErrorCode::usage, "", "there is no snow: not one particle was placed");
-  if (count >= UINT32_MAX)
-    throw Error(ErrorCode::usage, "", "more than 4,294,967,294 particles: choose a larger dx");
-  if (snow.size() > UINT16_MAX + std::size_t{1})  // Snapshot::object
-    throw Error(ErrorCode::usage, "", "more than 65,536 snow objects");
+  check_count(count, snow.size());
+}
+
+// Where the particles are, on the lattice of the whole world.
+std::vector<LatticePoint> places_of(const Solver::State& state) {
+  const kernels::ParticleView p = state.particles.view();
+  std::vector<LatticePoint> places(state.particles.size());
+  parallel_for(state.blocks.size(), 4, [&](std::size_t b) {
+    const BlockCoord& c = state.blocks.coord[b];
+    const auto at = [](std::int32_t block, std::int32_t x) {
+      return std::int64_t{block} * 4 * kernels::kOneCell + x;
+    };
+    for (std::size_t i = state.blocks.begin[b]; i < state.blocks.begin[b + 1]; ++i)
+      places[i] = {at(c.x, p.x[0][i]), at(c.y, p.x[1][i]), at(c.z, p.x[2][i])};
+  });
+  return places;
+}
+
+// What a block of the old particles and new ones has been through: none is calmer than its liveliest part.
+std::vector<float> calm_of(const ParticleBlocks& old, const ParticleBlocks& blocks,
+                           const std::vector<std::uint32_t>& order) {
+  std::vector<float> calm(blocks.size());
+  parallel_for(blocks.size(), 16, [&](std::size_t b) {
+    float least = HUGE_VALF;
+    for (std::size_t i = blocks.begin[b]; i < blocks.begin[b + 1]; ++i) {
+      const auto after = std::upper_bound(old.begin.begin(), old.begin.end(), std::size_t{order[i]});
+      const auto was = static_cast<std::size_t>(after - old.begin.begin()) - 1;
+      least = std::min(least, was < old.size() ? old.calm[was] : 0.f);
+    }
+    calm[b] = least;
+  });
+  return calm;
 }
 
 }  // namespace
@@ -195,13 +237,63 @@ double height_against(const Vec3& gravity, const Vec3& x) {
   return g > 0 ? -gravity.dot(x) / g : 0.0;
 }
 
-void place_particles(Simulation::State& state) {
+void place_particles(Solver::State& state) {
   check_placed(state.setup.snow);
-  read_budget(state);
+  state.budget.top = -HUGE_VAL;
+  for (const PlacedSnow& snow : state.setup.snow) add_to_budget(state, snow);
   state.rest = rest_limits(state.setup);
   for (const PlacedSnow& snow : state.setup.snow) state.materials.push_back(material_params(snow.material));
-  state.air_drag = air_drag(state.setup);
+  state.air_drag = drag_of(state.setup);
   fill_columns(state);
+  state.next_id = static_cast<std::uint32_t>(state.particles.size());
+}
+
+// The old particles keep their place to the last bit, and new ones are sorted in among them.
+void Solver::State::add(PlacedSnow snow) {
+  require_sound();
+  check_finite(snow);
+  check_count(next_id + snow.position.size(), setup.snow.size() + 1);
+  if (setup.frame) into_frame(*setup.frame, snow);
+  const std::size_t old_count = particles.size(), object = setup.snow.size();
+  const std::vector<LatticePoint> old_places = places_of(*this);
+  const auto place = [&](std::size_t n) {
+    return n < old_count ? old_places[n] : to_lattice(snow.position[n - old_count], setup.dx);
+  };
+  ParticleBlocks new_blocks;
+  const std::vector<std::uint32_t> order =
+      place_in_blocks(old_count + snow.position.size(), place, setup.dx, new_blocks);
+  ParticleColumns new_particles;
+  new_particles.allocate(order.size());
+  // Nothing below fails.
+  new_blocks.calm = calm_of(blocks, new_blocks, order);
+  const Mat3 gradient = affine_velocity(snow);
+  const kernels::ParticleView p = new_particles.view();
+  parallel_for(order.size(), 4096, [&](std::size_t i) {
+    const std::size_t n = order[i];
+    if (n < old_count) {
+      for (std::size_t k = 0; k < kColumns; ++k) new_particles.column(k)[i] = particles.column(k)[n];
+      fill_place(p, i, place(n));
+      return;
+    }
+    const std::size_t index = n - old_count;
+    fill_place(p, i, place(n));
+    fill_velocity(p, i, snow.velocity[index]);
+    fill_material(p, i, snow, index, gradient);
+    p.id[i] = next_id + static_cast<std::uint32_t>(index);
+    p.object[i] = static_cast<std::uint32_t>(object);
+  });
+  next_id += static_cast<std::uint32_t>(snow.position.size());
+  add_to_budget(*this, snow);
+  materials.push_back(material_params(snow.material));
+  release(snow.position);
+  release(snow.velocity);
+  release(snow.packing);
+  setup.snow.push_back(std::move(snow));
+  air_drag = drag_of(setup);
+  rest = rest_limits(setup);
+  particles = std::move(new_particles);
+  blocks = std::move(new_blocks);
+  settle_anew();
 }
 
 }  // namespace firn

@@ -57,7 +57,7 @@ bool any_around(const BlockGrid& grid, std::size_t particle_block, Is&& is) {
 
 }  // namespace
 
-RestLimits rest_limits(const SimulationSetup& setup) {
+RestLimits rest_limits(const SolverSetup& setup) {
   const double g = setup.gravity.norm();
   if (!setup.sleep || !(g > 0)) return {0, std::numeric_limits<float>::infinity()};
   return {static_cast<float>(kQuietSpeed * std::sqrt(g * setup.dx)),

@@ -24,7 +24,7 @@ struct RestLimits {
   float speed;  // m/s, of a particle or, by its C, of the snow half a cell from it
   float time;   // s; infinite: snow never sleeps
 };
-RestLimits rest_limits(const SimulationSetup& setup);
+RestLimits rest_limits(const SolverSetup& setup);
 
 enum class Activity : std::uint8_t { deep, held, awake };
 

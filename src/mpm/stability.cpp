@@ -15,11 +15,16 @@ namespace firn {
 namespace {
 
 // Colliders may have lifted the snow by the way they went, and thrown it at twice their speed.
-double allowed_speed(const Simulation::State& state) {
+double allowed_speed(const Solver::State& state) {
   const EnergyBudget& budget = state.budget;
   double lift = 0, throw_speed = 0;
-  for (const Collider& c : state.setup.colliders) {
-    if (c.motion.empty()) continue;
+  for (const Driven& d : state.driven) {
+    lift += d.longest_way;
+    throw_speed = std::max(throw_speed, 2 * d.top_speed);
+  }
+  for (std::size_t k = 0; k < state.setup.colliders.size(); ++k) {
+    const Collider& c = state.setup.colliders[k];
+    if (c.motion.empty() || is_driven(state, k)) continue;
     lift += way_where_snow_is(c, state.reach, 0, state.time);
     throw_speed = std::max(throw_speed, 2 * speed_where_snow_is(c, state.reach, 0, state.time));
   }
@@ -46,7 +51,7 @@ Culprit find_culprit(const kernels::ParticleView& p, std::size_t count, bool not
   return culprit;
 }
 
-std::string likely_cause(const Simulation::State& state, double dt) {
+std::string likely_cause(const Solver::State& state, double dt) {
   char text[200];
   const double stable = std::min(state.last_stable_dt, state.setup.max_dt);
   if (state.setup.fixed_dt && dt > 1.001 * stable) {
@@ -62,7 +67,7 @@ std::string likely_cause(const Simulation::State& state, double dt) {
 
 }  // namespace
 
-void Simulation::State::check_stability(double dt) const {
+void Solver::State::check_stability(double dt) const {
   const double speed = std::sqrt(summary.speed2);
   const double allowed = setup.check_energy_bound ? allowed_speed(*this) : HUGE_VAL;
   const double cells = speed * dt / setup.dx;

@@ -10,9 +10,10 @@
 #include "src/mpm/block_grid.h"
 #include "src/mpm/colliders.h"
 #include "src/mpm/contact_forces.h"
+#include "src/mpm/driven.h"
 #include "src/mpm/frame.h"
-#include "src/mpm/simulation.h"
 #include "src/mpm/sleep.h"
+#include "src/mpm/solver.h"
 #include "src/mpm/thin_colliders.h"
 #include "src/particles/blocks.h"
 #include "src/particles/columns.h"
@@ -27,8 +28,8 @@ struct EnergyBudget {
   double top = 0;            // m, the highest particle as placed, against gravity
 };
 
-struct Simulation::State {
-  State(const kernels::KernelTable& table, SimulationSetup scene)
+struct Solver::State {
+  State(const kernels::KernelTable& table, SolverSetup scene)
       : kernels(table),
         front(front_direction(scene)),
         setup(in_frame(std::move(scene))),
@@ -37,7 +38,7 @@ struct Simulation::State {
 
   const kernels::KernelTable& kernels;
   Vec3 front;                                      // world: where metrics look for the front
-  SimulationSetup setup;                           // as seen from its frame, without the placed particles
+  SolverSetup setup;                               // as seen from its frame, without the placed particles
   std::vector<kernels::MaterialParams> materials;  // index = particle column `object`
   EnergyBudget budget;
   std::vector<float> air_drag;  // 1/m, of each object; empty: none is braked by the air
@@ -54,7 +55,8 @@ struct Simulation::State {
 
   std::vector<std::size_t> thin_indices;  // of the colliders whose particles are watched
   ContactForces forces;
-  std::vector<double> chunk_impulses;   // N s, of a step: a vector a collider a chunk of grid blocks
+  std::vector<Driven> driven;           // colliders that a program drives
+  std::vector<Impulse> chunk_impulses;  // of a step: one a collider a chunk of grid blocks
   std::vector<SleepingNodes> sleeping;  // of each grid block
   double plastic_work = 0;              // J, since the start
   double work_quanta = 0;               // 1/J
@@ -62,14 +64,26 @@ struct Simulation::State {
   double time = 0;  // s
   std::uint64_t steps = 0;
   std::uint64_t particle_steps = 0;
-  std::size_t left = 0;             // particles gone
+  std::size_t left = 0;             // particles gone through the domain's boundary
+  std::uint32_t next_id = 0;        // of the next particle that is placed
   kernels::BlockSummary summary{};  // of all blocks, after the last step
   TimeStep last_step;
+  bool changed = false;                // by particles that came or went, since the last step
   double last_stable_dt = 0;           // s, before the last step
   double bottom = 0;                   // m, below every particle until the next sort, against gravity
   Bounds reach;                        // m, around every particle until the next sort
   std::vector<MovingCollider> moving;  // during the step
   std::function<void(const char* stage)> after_stage;  // for benches, which time the stages; else empty
+
+  // driven.cpp
+  void ask_drivers();           // before a step, whose length is not known yet
+  void note_driven(double dt);  // after it
+
+  // change.cpp
+  void add(PlacedSnow snow);
+  std::size_t remove(const std::vector<std::uint32_t>& ids);
+  void settle_anew();
+  void require_sound() const;  // an unstable Error for a state that has blown up: it stays so
 
   // step.cpp
   void step(double dt);
@@ -104,13 +118,15 @@ struct Simulation::State {
 };
 
 // placement.cpp: particles as placed, their order and the budget.
-void place_particles(Simulation::State& state);
+void place_particles(Solver::State& state);
+
+bool is_driven(const Solver::State& state, std::size_t collider);
 
 // Maxima and flags of all blocks.
 kernels::BlockSummary combine(const std::vector<kernels::BlockSummary>& summaries);
 
 // timestep.cpp: the longest stable step, never the fixed one of the scene.
-TimeStep stable_limit(const Simulation::State& state);
+TimeStep stable_limit(const Solver::State& state);
 
 double height_against(const Vec3& gravity, const Vec3& x);  // m, 0 without gravity
 

@@ -42,7 +42,7 @@ void set_at_rest(const kernels::ParticleView& p, kernels::ParticleRange range) {
 
 // Who has left through the domain's boundary. Only blocks near it are asked particle by particle: a block's
 // particles lie within 7 cells of its centre.
-Leavers leavers_of(const SimulationSetup& setup) {
+Leavers leavers_of(const SolverSetup& setup) {
   if (!setup.domain) return {};
   const double dx = setup.dx;
   const Shape& domain = *setup.domain;
@@ -57,13 +57,13 @@ Leavers leavers_of(const SimulationSetup& setup) {
 
 }  // namespace
 
-void Simulation::State::sort() {
+void Solver::State::sort() {
   const float speed = std::sqrt(summary.speed2);
   left += sorter.sort(particles, blocks, leavers_of(setup), speed > 0 ? kLeadCells / speed : 0.f);
   rebuild_grid();
 }
 
-void Simulation::State::rebuild_grid() {
+void Solver::State::rebuild_grid() {
   grid.rebuild(blocks, setup.colliders, setup.dx);
   summaries.assign(blocks.size(), {});
   sleeping.clear();
@@ -82,7 +82,7 @@ void Simulation::State::rebuild_grid() {
 }
 
 // Blocks that sleep, or are about to, beside a collider that moves.
-void Simulation::State::wake_beside_colliders() {
+void Solver::State::wake_beside_colliders() {
   std::vector<char> touched(blocks.size());
   for (const MovingCollider& collider : moving) {
     if (collider.velocity.is_zero()) continue;
@@ -102,7 +102,7 @@ void Simulation::State::wake_beside_colliders() {
 // dv/dt = -k |v| v. With x = dt k |v|, what is left of v is 1 - x to second order, so that with this step's
 // gravity the fall ends at the terminal velocity, and never less than nothing, however long the step. On
 // particles, not on nodes: snow of several objects may share a node.
-void Simulation::State::brake_in_air(double dt) {
+void Solver::State::brake_in_air(double dt) {
   const kernels::ParticleView p = particles.view();
   parallel_for(active.awake().size(), 1, [&](std::size_t n) {
     const kernels::ParticleRange range = range_of(active.awake()[n]);
@@ -114,7 +114,7 @@ void Simulation::State::brake_in_air(double dt) {
   });
 }
 
-void Simulation::State::particles_to_grid(const kernels::StepParams& params) {
+void Solver::State::particles_to_grid(const kernels::StepParams& params) {
   const kernels::ParticleView view = particles.view();
   parallel_for(active.scattering().size(), 1, [&](std::size_t i) {
     const std::size_t b = active.scattering()[i];
@@ -124,14 +124,15 @@ void Simulation::State::particles_to_grid(const kernels::StepParams& params) {
   });
 }
 
-void Simulation::State::update_grid(const kernels::StepParams& params) {
+void Solver::State::update_grid(const kernels::StepParams& params) {
   const auto scatters = [&](std::size_t b) { return active.of(b) != Activity::deep; };
   const std::vector<std::uint32_t>& updated = active.grid_blocks();
   const std::size_t colliders = setup.colliders.size();
   const std::size_t chunks = (updated.size() + kImpulseChunk - 1) / kImpulseChunk;
-  chunk_impulses.assign(chunks * colliders * 3, 0);
+  chunk_impulses.assign(chunks * colliders, {});
   parallel_chunks(updated.size(), kImpulseChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
     std::vector<kernels::ContactNodes> room;
+    std::vector<double> sums(kernels::kImpulseParts * colliders);
     for (std::size_t i = begin; i < end; ++i) {
       const std::size_t g = updated[i];
       const float* tiles[kernels::kNeighbours];
@@ -139,19 +140,20 @@ void Simulation::State::update_grid(const kernels::StepParams& params) {
       kernels.mpm.reduce_tiles(tiles, grid.nodes(g));
       const auto& contacts = contacts_at(g, room);
       kernels.mpm.grid_update(params, contacts.data(), static_cast<int>(contacts.size()),
-                              active.awake_nodes(g), grid.nodes(g),
-                              chunk_impulses.data() + chunk * colliders * 3);
+                              active.awake_nodes(g), grid.nodes(g), sums.data());
+      for (const kernels::ContactNodes& contact : contacts) {
+        const auto k = static_cast<std::size_t>(contact.collider);
+        chunk_impulses[chunk * colliders + k] +=
+            take_impulse(&sums[kernels::kImpulseParts * k], grid.coord(g), setup.dx);
+      }
     }
   });
   for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
-    for (std::size_t k = 0; k < colliders; ++k) {
-      const double* impulse = chunk_impulses.data() + (chunk * colliders + k) * 3;
-      forces.impulse[k] += Vec3(impulse[0], impulse[1], impulse[2]);
-    }
+    for (std::size_t k = 0; k < colliders; ++k) forces.impulse[k] += chunk_impulses[chunk * colliders + k];
   }
 }
 
-void Simulation::State::grid_to_particles(const kernels::StepParams& params) {
+void Solver::State::grid_to_particles(const kernels::StepParams& params) {
   const kernels::ParticleView view = particles.view();
   parallel_for(active.awake().size(), 1, [&](std::size_t i) {
     const std::size_t b = active.awake()[i];
@@ -166,7 +168,7 @@ void Simulation::State::grid_to_particles(const kernels::StepParams& params) {
   plastic_work += static_cast<double>(summary.plastic_work) / work_quanta;
 }
 
-void Simulation::State::note_rest(double dt) {
+void Solver::State::note_rest(double dt) {
   bool changed = false;
   for (const std::uint32_t b : active.awake()) {
     float& calm = blocks.calm[b];
@@ -178,7 +180,7 @@ void Simulation::State::note_rest(double dt) {
 }
 
 // Whoever falls asleep stands still from now on; its summary is what its particles say, and stays.
-void Simulation::State::find_active() {
+void Solver::State::find_active() {
   const std::vector<std::uint32_t> asleep = active.find(blocks, grid, rest.time);
   held_dt.assign(blocks.size(), 0.f);
   parallel_for(asleep.size(), 4, [&](std::size_t i) {
@@ -189,20 +191,20 @@ void Simulation::State::find_active() {
   weigh_sleepers();
 }
 
-std::size_t Simulation::State::asleep() const {
+std::size_t Solver::State::asleep() const {
   std::size_t awake = 0;
   for (const std::uint32_t b : active.awake()) awake += blocks.begin[b + 1] - blocks.begin[b];
   return particles.size() - awake;
 }
 
-void Simulation::State::summarise() {
+void Solver::State::summarise() {
   parallel_for(blocks.size(), 4, [&](std::size_t b) {
     kernels.mpm.summarise(materials.data(), particles.view(), range_of(b), &summaries[b]);
   });
   summary = combine(summaries);
 }
 
-kernels::StepParams Simulation::State::step_params(double dt) const {
+kernels::StepParams Solver::State::step_params(double dt) const {
   kernels::StepParams params{};
   params.dt = static_cast<float>(dt);
   params.dx = static_cast<float>(setup.dx);
@@ -213,7 +215,8 @@ kernels::StepParams Simulation::State::step_params(double dt) const {
   return params;
 }
 
-void Simulation::State::step(double dt) {
+void Solver::State::step(double dt) {
+  for (Driven& d : driven) d.before = forces.impulse[d.collider];
   const kernels::StepParams params = step_params(dt);
   const auto done = [this](const char* stage) {
     if (after_stage) after_stage(stage);
@@ -232,8 +235,10 @@ void Simulation::State::step(double dt) {
   done("g2p");
   particle_steps += particles.size() - asleep();
   note_rest(dt);
+  note_driven(dt);
   time += dt;
   ++steps;
+  changed = false;
   check_stability(dt);
 }
 

@@ -113,12 +113,12 @@ bool stop_at(const ThinCollider& thin, const Vec3& x, Vec3& y, Vec3& v) {
 }
 
 // After G2P: particles of awake blocks near thin colliders.
-void Simulation::State::stop_at_thin_colliders(double dt) {
+void Solver::State::stop_at_thin_colliders(double dt) {
   if (thin_indices.empty()) return;
   const std::vector<ThinCollider> thin = thin_colliders(setup.colliders, thin_indices, time, time + dt);
   const kernels::ParticleView p = particles.view();
   const std::vector<std::uint32_t>& awake = active.awake();
-  std::vector<Vec3> impulses(awake.size() * thin.size(), Vec3::Zero());  // N s, on the snow
+  std::vector<Impulse> impulses(awake.size() * thin.size());  // on the snow
   parallel_for(awake.size(), 1, [&](std::size_t n) {
     const BlockCoord& block = blocks.coord[awake[n]];
     const Vec3 margin = Vec3::Constant(3 * setup.dx);
@@ -146,7 +146,7 @@ void Simulation::State::stop_at_thin_colliders(double dt) {
         kernels::BlockSummary& told = summaries[awake[n]];
         told.strayed |= strayed;
         told.speed2 = std::max(told.speed2, static_cast<float>(v.squaredNorm()));
-        impulses[n * thin.size() + k] += p.m[i] * (v - moved);
+        impulses[n * thin.size() + k] += Impulse::at(y, p.m[i] * (v - moved));
       }
     }
   });

@@ -19,7 +19,7 @@ constexpr double kSpeedCourant = 0.4;
 constexpr double kRateCourant = 0.5;
 constexpr double kColliderCourant = 0.25;  // the part of a cell that a collider may cross
 
-const char* snow_state(const Simulation::State& state, double wave_speed) {
+const char* snow_state(const Solver::State& state, double wave_speed) {
   double fresh = 0;
   bool snow = false;
   for (const kernels::MaterialParams& m : state.materials) {
@@ -48,7 +48,7 @@ kernels::BlockSummary combine(const std::vector<kernels::BlockSummary>& summarie
   return all;
 }
 
-TimeStep stable_limit(const Simulation::State& state) {
+TimeStep stable_limit(const Solver::State& state) {
   const double dx = state.setup.dx;
   const double wave = std::sqrt(state.summary.wave2);
   const double speed = std::sqrt(state.summary.speed2);
@@ -67,6 +67,10 @@ TimeStep stable_limit(const Simulation::State& state) {
     if (collider.motion.empty()) continue;
     const double v = speed_where_snow_is(collider, state.reach, state.time, state.time + limit.dt);
     consider(kColliderCourant * dx / v, "collider speed (%s, %.3g m/s)", collider.name.c_str(), v);
+  }
+  for (const Driven& d : state.driven) {  // not beyond the motion that its driver's velocity was made into
+    const double left = 0.5 * (d.end.time - state.time);
+    if (left > 0) consider(left, "collider turning (%s)", state.setup.colliders[d.collider].name.c_str());
   }
   return limit;
 }

@@ -17,7 +17,7 @@ constexpr double kDt = 1e-3;  // s
 
 // The contacts of a grid block now: of colliders that stand, then of those that move. `room` holds them where
 // there are both.
-const std::vector<kernels::ContactNodes>& Simulation::State::contacts_at(
+const std::vector<kernels::ContactNodes>& Solver::State::contacts_at(
     std::size_t g, std::vector<kernels::ContactNodes>& room) const {
   const auto& standing = grid.contacts(g);
   room = contacts_of_block(moving, grid.coord(g), setup.dx);
@@ -27,26 +27,26 @@ const std::vector<kernels::ContactNodes>& Simulation::State::contacts_at(
 }
 
 // The forces on the sleeping nodes of a grid block, from the tiles of the sleeping blocks around it.
-std::vector<SleepingNodes::Force> Simulation::State::forces_on_sleepers(
+std::vector<SleepingNodes::Force> Solver::State::forces_on_sleepers(
     std::size_t g, const std::vector<kernels::ContactNodes>& contacts) const {
   const auto sleeps = [&](std::size_t b) { return active.of(b) != Activity::awake; };
   const float* tiles[kernels::kNeighbours];
   alignas(64) float nodes[kernels::kBlockFloats];
-  std::vector<double> impulses(3 * setup.colliders.size());
+  std::vector<double> sums(kernels::kImpulseParts * setup.colliders.size());
   grid.tiles_around(g, sleeps, tiles);
   kernels.mpm.reduce_tiles(tiles, nodes);
   kernels.mpm.grid_update(step_params(kDt), contacts.data(), static_cast<int>(contacts.size()),
-                          sleeping[g].nodes, nodes, impulses.data());
+                          sleeping[g].nodes, nodes, sums.data());
   std::vector<SleepingNodes::Force> forces;
   for (std::uint32_t k = 0; k < setup.colliders.size(); ++k) {
-    const Vec3 force = Vec3(impulses[3 * k], impulses[3 * k + 1], impulses[3 * k + 2]) / kDt;
-    if (!force.isZero(0)) forces.push_back({k, force});
+    const Impulse given = take_impulse(&sums[kernels::kImpulseParts * k], grid.coord(g), setup.dx);
+    if (!given.is_zero()) forces.push_back({k, {given.linear / kDt, given.angular / kDt}});
   }
   return forces;
 }
 
-void Simulation::State::weigh_sleepers() {
-  std::fill(forces.on_sleepers.begin(), forces.on_sleepers.end(), Vec3::Zero());
+void Solver::State::weigh_sleepers() {
+  std::fill(forces.on_sleepers.begin(), forces.on_sleepers.end(), Impulse{});
   if (active.all_awake()) return sleeping.clear();
   sleeping.resize(grid.size());
   std::vector<std::vector<kernels::ContactNodes>> contacts(grid.size());  // where they are to be looked at

@@ -293,7 +293,8 @@ struct Renderer::State {
     moved.time += late;
     for (int a = 0; a < 3; ++a) {
       parallel_chunks(moved.size(), 65536, [&](std::size_t, std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) moved.x[a][i] += static_cast<float>(late) * moved.v[a][i];
+        for (std::size_t i = begin; i < end; ++i)
+          moved.position[a][i] += static_cast<float>(late) * moved.velocity[a][i];
       });
     }
     return moved;

@@ -6,7 +6,7 @@
 #include <memory>
 #include <stop_token>
 
-#include "src/particles/snapshot.h"
+#include "firn/snapshot.h"
 #include "src/render/film/picture.h"
 #include "src/render/pilot.h"
 #include "src/render/preview/preview_times.h"

@@ -8,23 +8,15 @@
 #include <optional>
 
 #include "firn/error.h"
-#include "src/core/memory.h"
-#include "src/core/rng.h"
-#include "src/scene/clumps.h"
 #include "src/scene/emit.h"
 #include "src/scene/overlaps.h"
+#include "src/scene/place_particles.h"
 #include "src/scene/place_shape.h"
 #include "src/scene/scene.h"
 #include "src/scene/validate.h"
 
 namespace firn {
 namespace {
-
-// Streams of their own among the random numbers.
-constexpr std::uint64_t kJitterKey = 0x717, kClumpKey = 0xc1;
-
-// What a particle of compact snow takes at the least: its columns, its share of the grid, three snapshots.
-constexpr double kBytesPerParticle = 270;
 
 // m; the narrowest side of a snow object's bounds in its own frame.
 double narrowest(const SceneConfig& scene, std::size_t index) {
@@ -34,35 +26,7 @@ double narrowest(const SceneConfig& scene, std::size_t index) {
   return world_bounds({shape.form, Pose{}}).size().minCoeff();
 }
 
-PlacedSnow place(const SceneConfig& scene, std::size_t index, const std::vector<Shape>& shapes,
-                 double spacing) {
-  const SnowConfig& config = scene.snow[index];
-  PlacedSnow snow{config.name, config.material, {}, {}, {}, 0, config.terminal_velocity};
-  double total = 0;
-  for (std::size_t s = 0; s < shapes.size(); ++s) {
-    const Vec3 center = world_bounds(shapes[s]).center();
-    for (const Vec3& p :
-         fill_shape(shapes[s], spacing, hash_keys(scene.simulation.seed, kJitterKey, index, s))) {
-      snow.position.push_back(p);
-      snow.velocity.push_back(config.velocity + config.spin.cross(p - center));
-    }
-    total += *volume(shapes[s]);
-  }
-  if (snow.position.empty()) {
-    throw Error(ErrorCode::usage, place_of(scene, table_of("snow", index)),
-                "empty snow: no particle fits into '" + config.name +
-                    "'; its shape is smaller than the particle spacing");
-  }
-  // The shape's true volume is shared out, so that density times volume is the mass that was asked for.
-  snow.particle_volume = total / static_cast<double>(snow.position.size());
-  if (config.looseness > 0) {
-    snow.packing = clump_packing(snow.position, config.looseness, config.clump_size,
-                                 hash_keys(scene.simulation.seed, kClumpKey, index));
-  }
-  return snow;
-}
-
-void place_colliders(const SceneConfig& scene, SimulationSetup& setup) {
+void place_colliders(const SceneConfig& scene, SolverSetup& setup) {
   if (scene.ground) {
     setup.colliders.push_back({"ground",
                                plane_shape(Vec3(0, scene.ground->height, 0), Vec3::UnitY()),
@@ -76,34 +40,6 @@ void place_colliders(const SceneConfig& scene, SimulationSetup& setup) {
     const Shape shape = place_shape(scene, table_of("collider", i), c.shape, ShapeUse::solid);
     setup.colliders.push_back(
         {c.name, shape, c.contact, c.friction, c.static_friction, place_motion(c, shape)});
-  }
-}
-
-std::optional<Shape> domain_box(const SimulationConfig& config) {
-  if (!config.domain_min) return std::nullopt;
-  return Shape{Box{0.5 * (*config.domain_max - *config.domain_min)},
-               {rotation_matrix(config.domain_rotation), 0.5 * (*config.domain_min + *config.domain_max)}};
-}
-
-void check_domain(const SceneConfig& scene, const SimulationSetup& setup) {
-  if (!setup.domain) return;
-  for (std::size_t i = 0; i < setup.snow.size(); ++i) {
-    const auto& positions = setup.snow[i].position;
-    if (std::any_of(positions.begin(), positions.end(),
-                    [&](const Vec3& p) { return signed_distance(*setup.domain, p) > 0; })) {
-      throw Error(ErrorCode::usage, place_of(scene, table_of("snow", i), "center"),
-                  "snow '" + scene.snow[i].name + "' starts outside the domain box");
-    }
-  }
-}
-
-void check_waves(const SceneConfig& scene, double dx) {
-  for (std::size_t i = 0; i < scene.snow.size(); ++i) {
-    if (stable_dt(scene.snow[i].material, dx) > 0) continue;
-    throw Error(ErrorCode::usage, place_of(scene, table_of("snow", i)),
-                "elastic waves in snow '" + scene.snow[i].name +
-                    "' have no finite speed, so no time step is short enough: its stiffness is out of "
-                    "proportion to its density");
   }
 }
 
@@ -122,26 +58,14 @@ void check_fixed_dt(const SceneConfig& scene, double dx) {
               text + name + "'; leave it to dt = \"auto\", or insist with --force");
 }
 
-// Before any is placed: a scene that is far too fine would take all memory, and for ever.
-void check_count(const SceneConfig& scene, const std::vector<std::vector<Shape>>& shapes,
-                 const std::vector<double>& spacing, double dx) {
-  double count = 0;
-  for (std::size_t i = 0; i < shapes.size(); ++i) {
-    for (const Shape& shape : shapes[i]) count += *volume(shape) / std::pow(spacing[i], 3);
-  }
-  const double needed = count * kBytesPerParticle, there = static_cast<double>(machine_memory());
-  if (needed <= there) return;
-  char text[240];
-  std::snprintf(text, sizeof text,
-                "dx = %.3g m makes about %.3g particles, which need some %.3g GiB; this machine has %.3g "
-                "GiB: take a larger dx, or fewer "
-                "particles across",
-                dx, count, needed / kBytesPerGibibyte, there / kBytesPerGibibyte);
-  throw Error(ErrorCode::usage,
-              place_of(scene, "simulation", scene.simulation.dx ? "dx" : "particles_across"), text);
-}
-
 }  // namespace
+
+std::optional<Shape> domain_of(const SceneConfig& scene) {
+  const SimulationConfig& config = scene.simulation;
+  if (!config.domain_min) return std::nullopt;
+  return Shape{Box{0.5 * (*config.domain_max - *config.domain_min)},
+               {rotation_matrix(config.domain_rotation), 0.5 * (*config.domain_min + *config.domain_max)}};
+}
 
 double grid_spacing(const SceneConfig& scene) {
   if (scene.simulation.dx) return *scene.simulation.dx;
@@ -153,15 +77,15 @@ double grid_spacing(const SceneConfig& scene) {
   return dx;
 }
 
-SimulationSetup build_simulation(const SceneConfig& scene, bool force) {
-  SimulationSetup setup;
+SolverSetup build_simulation(const SceneConfig& scene, bool force) {
+  SolverSetup setup;
   setup.dx = grid_spacing(scene);
   setup.gravity = scene.simulation.gravity;
   setup.fixed_dt = scene.simulation.dt;
-  setup.domain = domain_box(scene.simulation);
+  setup.domain = domain_of(scene);
   if (setup.domain && !scene.simulation.domain_rotation.isZero(0)) setup.frame = setup.domain->pose;
   setup.sleep = scene.simulation.sleep;
-  check_waves(scene, setup.dx);
+  for (std::size_t i = 0; i < scene.snow.size(); ++i) check_waves(scene, i, setup.dx);
   if (setup.fixed_dt && !force) check_fixed_dt(scene, setup.dx);
   place_colliders(scene, setup);
   std::vector<std::vector<Shape>> shapes;
@@ -172,9 +96,9 @@ SimulationSetup build_simulation(const SceneConfig& scene, bool force) {
   }
   check_count(scene, shapes, spacing, setup.dx);
   for (std::size_t i = 0; i < scene.snow.size(); ++i)
-    setup.snow.push_back(place(scene, i, shapes[i], spacing[i]));
+    setup.snow.push_back(place_particles(scene, i, shapes[i], spacing[i]));
   settle_overlaps(scene, setup, shapes, spacing);
-  check_domain(scene, setup);
+  for (std::size_t i = 0; i < scene.snow.size(); ++i) check_domain(scene, i, setup.snow[i], setup.domain);
   return setup;
 }
 

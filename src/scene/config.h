@@ -11,7 +11,7 @@
 
 #include "src/core/vector.h"
 #include "src/mpm/material.h"
-#include "src/mpm/simulation.h"
+#include "src/mpm/solver.h"
 #include "src/render/setup.h"
 
 namespace firn {

@@ -77,7 +77,7 @@ double part_inside(const PlacedSnow& snow, const Shape& shape, double depth) {
 
 }  // namespace
 
-std::vector<Footing> footing_of(const SimulationSetup& setup, const std::vector<Shape>& solids) {
+std::vector<Footing> footing_of(const SolverSetup& setup, const std::vector<Shape>& solids) {
   std::vector<Shape> colliders;
   for (const Collider& c : setup.colliders)
     colliders.push_back({c.shape.form, c.motion.pose(c.shape.pose, 0)});

@@ -4,7 +4,7 @@
 #include <limits>
 #include <vector>
 
-#include "src/mpm/simulation.h"
+#include "src/mpm/solver.h"
 
 namespace firn {
 
@@ -17,6 +17,6 @@ struct Footing {
 };
 
 // One entry a body of snow. `solids`: all that is felt or seen, where it is at the start.
-std::vector<Footing> footing_of(const SimulationSetup& setup, const std::vector<Shape>& solids);
+std::vector<Footing> footing_of(const SolverSetup& setup, const std::vector<Shape>& solids);
 
 }  // namespace firn

@@ -40,7 +40,7 @@ bool meet(const Bounds& a, const Bounds& b) {
   return (a.min.array() <= b.max.array()).all() && (b.min.array() <= a.max.array()).all();
 }
 
-std::vector<Body> bodies_of(const SimulationSetup& setup, const std::vector<std::vector<Shape>>& shapes) {
+std::vector<Body> bodies_of(const SolverSetup& setup, const std::vector<std::vector<Shape>>& shapes) {
   std::vector<Body> bodies;
   for (std::size_t i = 0; i < shapes.size(); ++i)
     bodies.push_back(make_body("snow '" + setup.snow[i].name + "'", shapes[i], static_cast<int>(i)));
@@ -126,7 +126,7 @@ bool is_allowed(const SceneConfig& scene, int index, int other) {
 
 }  // namespace
 
-void settle_overlaps(const SceneConfig& scene, SimulationSetup& setup,
+void settle_overlaps(const SceneConfig& scene, SolverSetup& setup,
                      const std::vector<std::vector<Shape>>& shapes, const std::vector<double>& spacing) {
   const std::vector<Body> bodies = bodies_of(setup, shapes);
   const auto neighbours = neighbours_of(bodies, setup.snow.size());

@@ -2,6 +2,7 @@
 // From a scene file to what the simulation and the renderer need.
 #pragma once
 #include <iosfwd>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,8 +26,9 @@ std::string resolved_toml(const SceneConfig& scene);
 
 // Places the particles (deterministic in the seed) and converts units. Errors: usage Error for empty snow,
 // missing files, a fixed dt above the stable bound unless `force`.
-SimulationSetup build_simulation(const SceneConfig& scene, bool force = false);
+SolverSetup build_simulation(const SceneConfig& scene, bool force = false);
 RenderSetup build_render(const SceneConfig& scene);
+std::optional<Shape> domain_of(const SceneConfig& scene);
 double grid_spacing(const SceneConfig& scene);  // m: dx, or from particles_across
 
 // `firn params [WORD]`: every key with type, unit, default, range and meaning, or only those whose name

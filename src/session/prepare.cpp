@@ -77,7 +77,7 @@ void require_movie(const SceneConfig& scene) {
 
 std::unique_ptr<SimulatedSnow> make_snow(const SceneConfig& scene, const kernels::KernelTable& kernels,
                                          bool force) {
-  return std::make_unique<SimulatedSnow>(Simulation(kernels, build_simulation(scene, force)),
+  return std::make_unique<SimulatedSnow>(Solver(kernels, build_simulation(scene, force)),
                                          scene.time.speed / scene.time.fps);
 }
 

@@ -7,7 +7,7 @@
 #include "src/graph/frame_graph.h"
 #include "src/io/images.h"
 #include "src/io/particle_file.h"
-#include "src/mpm/simulation.h"
+#include "src/mpm/solver.h"
 #include "src/session/snow_source.h"
 
 namespace firn {
@@ -20,7 +20,7 @@ constexpr double kMost = 1.59;
 
 }  // namespace
 
-Rehearsal rehearse(const SceneConfig& scene, Simulation& simulation, Renderer& renderer) {
+Rehearsal rehearse(const SceneConfig& scene, Solver& simulation, Renderer& renderer) {
   Rehearsal rehearsal;
   FrameSlot first;
   simulation.snapshot(first.snapshot);

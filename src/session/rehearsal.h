@@ -7,7 +7,7 @@
 
 namespace firn {
 
-class Simulation;
+class Solver;
 
 struct Rehearsal {
   Sights sights;                       // of the first frame
@@ -16,6 +16,6 @@ struct Rehearsal {
 };
 
 // Steps the simulation. Errors: those of the simulation and the renderer.
-Rehearsal rehearse(const SceneConfig& scene, Simulation& simulation, Renderer& renderer);
+Rehearsal rehearse(const SceneConfig& scene, Solver& simulation, Renderer& renderer);
 
 }  // namespace firn

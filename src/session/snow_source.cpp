@@ -16,7 +16,7 @@ std::string snapshot_hash(const Snapshot& snapshot) {
   return hash_in_hex(bytes);
 }
 
-SimulatedSnow::SimulatedSnow(Simulation simulation, double seconds_per_frame)
+SimulatedSnow::SimulatedSnow(Solver simulation, double seconds_per_frame)
     : simulation_(std::move(simulation)), seconds_per_frame_(seconds_per_frame) {}
 
 bool SimulatedSnow::fetch(int frame, Snapshot& out, FrameRecord& record, const std::stop_token& stop) {

@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
+#include "firn/snapshot.h"
 #include "src/io/checkpoint.h"
 #include "src/io/manifest.h"
 #include "src/io/run_folder.h"
-#include "src/mpm/simulation.h"
+#include "src/mpm/solver.h"
 #include "src/particles/fields.h"
-#include "src/particles/snapshot.h"
 
 namespace firn {
 
@@ -31,7 +31,7 @@ class SnowSource {
 class SimulatedSnow : public SnowSource {
  public:
   // Frame k is the state at k * seconds_per_frame.
-  SimulatedSnow(Simulation simulation, double seconds_per_frame);
+  SimulatedSnow(Solver simulation, double seconds_per_frame);
   bool fetch(int frame, Snapshot& out, FrameRecord& record, const std::stop_token& stop) override;
   double bytes_per_particle() const;
 
@@ -41,10 +41,10 @@ class SimulatedSnow : public SnowSource {
   // hash is left to the caller.
   Checkpoint checkpoint() const;
   int reached() const { return reached_; }
-  const Simulation& simulation() const { return simulation_; }
+  const Solver& simulation() const { return simulation_; }
 
  private:
-  Simulation simulation_;
+  Solver simulation_;
   double seconds_per_frame_;
   int reached_ = 0;                      // last frame whose time the simulation has reached
   std::uint64_t steps_before_ = 0;       // particle-steps up to that frame

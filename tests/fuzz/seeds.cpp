@@ -32,7 +32,7 @@ void write_images(const std::filesystem::path& folder) {
 }
 
 void write_snow(const std::filesystem::path& folder) {
-  const Simulation snow = tiny_snow();
+  const Solver snow = tiny_snow();
   Snapshot snapshot;
   snow.snapshot(snapshot);
   snapshot.resize(3);

@@ -18,13 +18,13 @@ namespace {
 
 constexpr std::size_t kHead = 16;  // bytes: magic word and fingerprint
 
-std::string saved(const Simulation& snow) {
+std::string saved(const Solver& snow) {
   std::ostringstream out;
   snow.save(out);
   return out.str();
 }
 
-bool loads(Simulation& snow, const std::string& bytes) {
+bool loads(Solver& snow, const std::string& bytes) {
   try {
     std::istringstream in(bytes);
     snow.load(in);
@@ -38,7 +38,7 @@ bool loads(Simulation& snow, const std::string& bytes) {
 
 void state(std::string_view input) {
   static const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
-  static std::optional<Simulation> snow = tiny_snow();
+  static std::optional<Solver> snow = tiny_snow();
   static const std::string good = saved(*snow);
   const std::string right_head =
       good.substr(0, kHead) + std::string(input.substr(std::min(kHead, input.size())));

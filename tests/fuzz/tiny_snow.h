@@ -3,7 +3,7 @@
 // one step.
 #pragma once
 #include "src/core/isa.h"
-#include "src/mpm/simulation.h"
+#include "src/mpm/solver.h"
 #include "src/scene/scene.h"
 
 namespace firn::fuzz {
@@ -23,8 +23,8 @@ preset = "fresh"
 friction = 0.5
 )";
 
-inline Simulation tiny_snow() {
-  Simulation snow(choose_kernels("base"), build_simulation(read_scene_text(kTinyScene, "tiny.toml", {})));
+inline Solver tiny_snow() {
+  Solver snow(choose_kernels("base"), build_simulation(read_scene_text(kTinyScene, "tiny.toml", {})));
   snow.step(1e-5);
   return snow;
 }

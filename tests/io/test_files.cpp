@@ -64,8 +64,9 @@ Manifest example() {
   frame.mean_samples = 23.5;
   frame.snow_mass = 1.5;
   frame.medium_mass = 1.25;
-  frame.metrics.momentum = Vec3(0.1, -1e-300, 3);
-  frame.metrics.bounds = {Vec3(-1, -2, -3), Vec3(1, 2, 1.0 / 3)};
+  frame.metrics.momentum = {0.1, -1e-300, 3};
+  frame.metrics.bounds_min = {-1, -2, -3};
+  frame.metrics.bounds_max = {1, 2, 1.0 / 3};
   frame.metrics.step = {1e-4, "elastic wave \"packed\", 145 m/s"};
   frame.picture_hash = "0123456789abcdef";
   frame.files = {{"frames/0002.png", "00ff"}};
@@ -141,8 +142,8 @@ TEST_CASE("A manifest reads back to what was written, to the last bit of its num
   CHECK(in.frames[0].mean_samples == 23.5);
   CHECK(in.frames[0].snow_mass == 1.5);
   CHECK(in.frames[0].medium_mass == 1.25);
-  CHECK(in.frames[0].metrics.momentum == out.frames[0].metrics.momentum);
-  CHECK(in.frames[0].metrics.bounds.max == out.frames[0].metrics.bounds.max);
+  CHECK(vec(in.frames[0].metrics.momentum) == vec(out.frames[0].metrics.momentum));
+  CHECK(bounds_of(in.frames[0].metrics).max == bounds_of(out.frames[0].metrics).max);
   CHECK(in.frames[0].metrics.step.cause == out.frames[0].metrics.step.cause);
   CHECK(in.frames[0].files == out.frames[0].files);
 }
@@ -273,7 +274,7 @@ TEST_CASE("The record of a frame goes through one line of JSON unchanged, and no
   CHECK(line.find('\n') == std::string::npos);
   const FrameRecord in = decode_record(line, "x");
   CHECK(encode_record(in) == line);
-  CHECK(in.metrics.momentum == out.metrics.momentum);
+  CHECK(vec(in.metrics.momentum) == vec(out.metrics.momentum));
   CHECK_THROWS_WITH(decode_record(line.substr(1), "x.json"), contains("x.json"));
   CHECK_THROWS_AS(decode_record("[1, 2]", "x"), Error);
 }
@@ -305,7 +306,7 @@ TEST_CASE("Pipes and devices are not read, and no read of one waits") {
 TEST_CASE("metrics.csv has a row a frame: those of the manifest first, whatever the file was") {
   Scratch scratch;
   Metrics metrics;
-  metrics.bounds.include(Vec3(0.1, -1e-300, 1.0 / 3));
+  metrics.bounds_min = metrics.bounds_max = {0.1, -1e-300, 1.0 / 3};
   metrics.step.cause = "elastic wave, 145 m/s";
   std::vector<FrameRecord> records;
   {
@@ -343,7 +344,7 @@ TEST_CASE("metrics.csv names the colliders whose forces it tells, and the plasti
   Scratch scratch;
   Metrics metrics;
   metrics.plastic_work = 2.5;
-  metrics.contacts = {{"ground", Vec3(1, -2, 0.5)}, {"plate, \"left\"", Vec3(0, 4, 0)}};
+  metrics.contacts = {{"ground", {1, -2, 0.5}}, {"plate, \"left\"", {0, 4, 0}}};
   MetricsCsv(scratch / "metrics.csv").add(0, metrics);
   const std::string text = read_file(scratch / "metrics.csv");
   CHECK_THAT(text, contains(",plastic_work_J,"));
@@ -357,12 +358,13 @@ TEST_CASE("the manifest keeps the forces of the colliders") {
   Manifest manifest;
   manifest.scene_hash = hash_in_hex("");
   manifest.frames.resize(1);
-  manifest.frames[0].metrics.contacts = {{"ground", Vec3(1, -2, 0.5)}};
+  manifest.frames[0].metrics.contacts = {{"ground", {1, -2, 0.5}, {0.1, 0, -3}}};
   manifest.frames[0].metrics.plastic_work = 0.25;
   const Metrics m = Records(manifest).read().frames.at(0).metrics;
   REQUIRE(m.contacts.size() == 1);
   CHECK(m.contacts[0].collider == "ground");
-  CHECK(m.contacts[0].force == Vec3(1, -2, 0.5));
+  CHECK(m.contacts[0].force == Vector3{1, -2, 0.5});
+  CHECK(m.contacts[0].torque == Vector3{0.1, 0, -3});
   CHECK(m.plastic_work == 0.25);
 }
 

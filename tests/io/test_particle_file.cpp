@@ -8,6 +8,7 @@
 #include "src/io/checkpoint.h"
 #include "src/io/file.h"
 #include "src/io/particle_file.h"
+#include "src/particles/snapshot.h"
 #include "tests/catch.h"
 #include "tests/io/scratch.h"
 
@@ -19,11 +20,11 @@ Snapshot random_snapshot(std::size_t count, int frame) {
   Snapshot s;
   s.frame = frame;
   s.time = frame / 24.0;
-  s.origin = Vec3(100, -0.1, 1e-9);
+  s.origin = {100, -0.1, 1e-9};
   s.dx = 0.01;
   s.resize(count);
   std::uint64_t key = static_cast<std::uint64_t>(frame);
-  s.for_each_column([&](auto& column) {
+  for_each_stored_column(s, [&](auto column) {
     using Value = std::decay_t<decltype(column[0])>;
     for (auto& value : column) {
       const auto bits = static_cast<std::uint32_t>(hash_keys(3, ++key));
@@ -56,7 +57,7 @@ TEST_CASE("A particle file reads back bit for bit") {
     Snapshot in = read_particle_file(scratch / "p.firn");
     REQUIRE(in.size() == count);
     CHECK(same(in, out));
-    CHECK((count == 0 || std::memcmp(in.x[2].data(), out.x[2].data(), 4 * count) == 0));
+    CHECK((count == 0 || std::memcmp(in.position[2].data(), out.position[2].data(), 4 * count) == 0));
     CHECK(in.object == out.object);
   }
 }

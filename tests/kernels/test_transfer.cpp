@@ -311,18 +311,19 @@ void check_grid_update(const kernels::ContactNodes (&contacts)[2]) {
   alignas(64) float original[kernels::kBlockFloats];
   fill_nodes(random, original);
   std::vector<double> expected(original, original + kernels::kBlockFloats);
-  double impulses[9] = {}, most = 0;
+  constexpr int kSums = 3 * kernels::kImpulseParts;
+  double impulses[kSums] = {}, most = 0;
   kernels::reference::grid_update(step, contacts, 2, kCounted, expected.data(), impulses);
   for (const double i : impulses) most = std::max(most, std::fabs(i));
   on_every_isa([&](const kernels::KernelTable& table) {
     INFO(table.isa);
     alignas(64) float nodes[kernels::kBlockFloats];
     std::memcpy(nodes, original, sizeof nodes);
-    double given[9] = {};
+    double given[kSums] = {};
     table.mpm.grid_update(step, contacts, 2, kCounted, nodes, given);
     Worst error, of_impulse;
     for (int i = 0; i < kernels::kBlockFloats; ++i) error.add(std::fabs(nodes[i] - expected[i]));
-    for (int i = 0; i < 9; ++i) of_impulse.add(std::fabs(given[i] - impulses[i]));
+    for (int i = 0; i < kSums; ++i) of_impulse.add(std::fabs(given[i] - impulses[i]));
     CHECK(error.value() < 5e-6);
     CHECK(of_impulse.value() < 1e-6 * most);
   });
@@ -363,9 +364,10 @@ TEST_CASE(
         const float node[4] = {0, -1, speed, 1};
         std::copy(node, node + 4, nodes + 4 * n);
       }
-      double impulse[3] = {};
+      double impulse[kernels::kImpulseParts] = {};
       table.mpm.grid_update(step, &c, 1, ~std::uint64_t{0}, nodes, impulse);
-      CHECK(impulse[1] == kernels::kBlockNodes);  // each node had 1 kg m/s of it
+      CHECK(impulse[1] == kernels::kBlockNodes);        // each node had 1 kg m/s of it
+      CHECK(impulse[5] == 1.5 * kernels::kBlockNodes);  // in the middle of the block, 1.5 cells along x
       for (int n = 0; n < kernels::kBlockNodes; ++n) {
         REQUIRE(nodes[4 * n + 1] == 0);
         REQUIRE(nodes[4 * n + 2] == Approx(speed <= 0.6f ? 0 : speed - 0.2f));

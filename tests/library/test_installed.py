@@ -18,7 +18,7 @@ BUILD = Path(sys.argv[1]).resolve()
 COMPILER = sys.argv[2:]
 STRICT = ["-std=c++20", "-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Werror"]
 # What the shared library may show of itself, after its parameters are taken away.
-PUBLIC = re.compile(r"^(vtable for |typeinfo for |typeinfo name for )?firn::(Error|Observer|Scene|Session|Value|version|revision)\b")
+PUBLIC = re.compile(r"^(vtable for |typeinfo for |typeinfo name for )?firn::(Error|Observer|Scene|Session|Simulation|Snapshot|Value|version|revision)\b")
 
 
 def sanitized():
@@ -104,6 +104,18 @@ class Installed(unittest.TestCase):
         self.words(self.program, "run", "made/scene.resolved.toml", "--out", "read")
         self.assertEqual(self.hashes("made"), self.hashes("read"))
         self.assertEqual(len(self.hashes("made")), 5)
+
+    def test_examples_of_simulations_say_what_snow_does(self):
+        ball = [line.split() for line in self.words(self.example("falling_ball")).splitlines()[1:]]
+        heights = [float(row[1]) for row in ball]
+        self.assertEqual(len(ball), 13)
+        self.assertLess(heights[-1], 0.2)
+        self.assertRegex(self.words(self.example("particles")), r"densest \d{3}\.\d kg/m\^3, mean pressure \d+\.\d Pa")
+        blade = [[float(word) for word in line.split()] for line in self.words(self.example("driven_blade", True)).splitlines()[1:]]
+        self.assertEqual(len(blade), 10)
+        self.assertTrue(all(row[3] <= 0 for row in blade), blade)  # snow holds it back
+        self.assertLess(blade[-1][3], -10)
+        self.assertRegex(self.words(self.example("snow_comes_and_goes")), r"(?s)(\d+ particles, \d+ taken out.*\n){4}")
 
     def test_mistakes_are_errors_of_the_library(self):
         done = subprocess.run([self.example("session"), "no.toml", "a"], cwd=self.here, env=self.environment, capture_output=True, text=True)

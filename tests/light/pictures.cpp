@@ -9,13 +9,12 @@
 
 #include "src/core/rng.h"
 #include "tests/catch.h"
+#include "tests/points.h"
 
 namespace firn::test {
 
 Snapshot snowball(const Vec3& center, double radius, double spacing, const Vec3& origin) {
-  Snapshot snapshot;
-  snapshot.origin = origin;
-  snapshot.dx = 2 * spacing;
+  Points points(2 * spacing, origin);
   const int n = static_cast<int>(radius / spacing) + 1;
   std::uint64_t key = 0;
   for (int i = 0; i < (2 * n + 1) * (2 * n + 1) * (2 * n + 1); ++i) {
@@ -23,18 +22,9 @@ Snapshot snowball(const Vec3& center, double radius, double spacing, const Vec3&
     for (int a = 0; a < 3; ++a) p[a] += 0.5 * (uniform_double(hash_keys(9, key++)) - 0.5);
     p *= spacing;
     if (p.norm() > radius) continue;
-    const Vec3 local = center + p - origin;
-    for (int a = 0; a < 3; ++a) {
-      snapshot.x[a].push_back(static_cast<float>(local[a]));
-      snapshot.v[a].push_back(0);
-    }
-    snapshot.density.push_back(300);
-    snapshot.volume0.push_back(static_cast<float>(spacing * spacing * spacing));
-    snapshot.id.push_back(static_cast<std::uint32_t>(snapshot.id.size()));
-    snapshot.object.push_back(0);
+    points.add(center + p - origin, spacing * spacing * spacing);
   }
-  snapshot.resize(snapshot.size());  // of the columns that are 0
-  return snapshot;
+  return points.snapshot();
 }
 
 RenderSetup empty_setup(const Vec3& position, const Vec3& target, double fov, int size, int samples,

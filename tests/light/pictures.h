@@ -3,8 +3,8 @@
 #pragma once
 #include <cstdint>
 
+#include "firn/snapshot.h"
 #include "src/core/isa.h"
-#include "src/particles/snapshot.h"
 #include "src/render/renderer.h"
 
 namespace firn::test {

@@ -31,7 +31,7 @@ Snapshot flying(double time) {
   const Vec3 velocity(0.4, 0, 0);
   Snapshot snow = snowball(Vec3(-0.25, 0, 0) + velocity * (time - 0.5), 0.1, 0.02);
   snow.time = time;
-  for (float& v : snow.v[0]) v = static_cast<float>(velocity.x());
+  for (float& v : snow.velocity[0]) v = static_cast<float>(velocity.x());
   return snow;
 }
 

@@ -9,8 +9,10 @@
 #include <utility>
 
 #include "firn/error.h"
+#include "src/particles/snapshot.h"
 #include "tests/catch.h"
 #include "tests/light/pictures.h"
+#include "tests/points.h"
 
 namespace firn::test::pictures {
 namespace {
@@ -93,7 +95,7 @@ TEST_CASE("one particle is rendered") {
   Snapshot one = snowball(Vec3(0, 0.15, 0), 1e-9, 0.1);
   if (one.size() == 0) one = snowball(Vec3(0, 0.15, 0), 0.09, 0.1);
   REQUIRE(one.size() >= 1);
-  one.resize(1);
+  one = test::resized(one, 1);
   const Picture with = render(one, rich_setup(Vec3::Zero())),
                 without = render(Snapshot{}, rich_setup(Vec3::Zero()));
   CHECK(hash(with) != hash(without));
@@ -103,7 +105,7 @@ TEST_CASE("one particle is rendered") {
 TEST_CASE("the picture does not know the order of the particles") {
   const Snapshot snapshot = snowball(Vec3(0, 0.15, 0), 0.15, 0.02);
   Snapshot reversed = snapshot;
-  reversed.for_each_column([](auto& column) { std::reverse(column.begin(), column.end()); });
+  for_each_stored_column(reversed, [](auto column) { std::reverse(column.begin(), column.end()); });
   const Picture a = render(snapshot, rich_setup(Vec3::Zero())),
                 b = render(reversed, rich_setup(Vec3::Zero()));
   CHECK((mean(a) - mean(b)).norm() < 1e-3f * mean(a).norm());

@@ -10,6 +10,7 @@
 #include "src/render/snow/snow_grain.h"
 #include "tests/catch.h"
 #include "tests/light/pictures.h"
+#include "tests/points.h"
 
 namespace firn::test::preview {
 namespace {
@@ -18,22 +19,19 @@ constexpr double kSpacing = 0.01;  // m
 
 // A jittered lattice that fills a box about the origin.
 Snapshot block(int across, int high) {
-  Snapshot snapshot;
-  snapshot.dx = 2 * kSpacing;
+  Points points(2 * kSpacing);
   std::uint64_t key = 0;
   for (int i = 0; i < across * across * high; ++i) {
     const int at[3] = {i % across, i / across % high, i / across / high};
     const int count[3] = {across, high, across};
+    Vec3 place;
     for (int a = 0; a < 3; ++a) {
       const double jitter = 0.5 * (uniform_double(hash_keys(11, key++)) - 0.5);
-      snapshot.x[a].push_back(static_cast<float>(kSpacing * (at[a] + 0.5 - 0.5 * count[a] + jitter)));
+      place[a] = kSpacing * (at[a] + 0.5 - 0.5 * count[a] + jitter);
     }
-    snapshot.density.push_back(300);
-    snapshot.volume0.push_back(static_cast<float>(kSpacing * kSpacing * kSpacing));
-    snapshot.id.push_back(static_cast<std::uint32_t>(i));
+    points.add(place, kSpacing * kSpacing * kSpacing);
   }
-  snapshot.resize(snapshot.id.size());
-  return snapshot;
+  return points.snapshot();
 }
 
 RenderSetup preview_setup(const Vec3& position, double fov, int size) {

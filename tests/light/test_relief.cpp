@@ -16,7 +16,7 @@ using namespace firn;
 
 TEST_CASE("a heap has the volume, object and motion of its particle and lies around it", "[light]") {
   Snapshot snow = test::snowball(Vec3(1, 2, 3), 0.05, 0.01, Vec3(1, 1, 1));
-  snow.v[1][7] = 3;
+  snow.velocity[1][7] = 3;
   snow.object[7] = 4;
   for (const int detail : {1, 2, 3}) {
     const Snapshot fine = with_relief(snow, detail);
@@ -27,11 +27,11 @@ TEST_CASE("a heap has the volume, object and motion of its particle and lies aro
     for (std::size_t i = 0; i < snow.size(); ++i) {
       double volume = 0;
       for (std::size_t k = i * parts; k < (i + 1) * parts; ++k) {
-        const Vec3 from = fine.world_position(k) - snow.world_position(i);
+        const Vec3 from = vec(fine.world_position(k)) - vec(snow.world_position(i));
         REQUIRE(from.cwiseAbs().maxCoeff() < 0.0076);
         off += from;
         volume += fine.volume0[k];
-        REQUIRE(fine.v[1][k] == snow.v[1][i]);
+        REQUIRE(fine.velocity[1][k] == snow.velocity[1][i]);
         REQUIRE(fine.object[k] == snow.object[i]);
         REQUIRE(fine.density[k] == snow.density[i]);
       }
@@ -49,18 +49,18 @@ TEST_CASE("a heap turns with its particle", "[light]") {
   Snapshot turned = snow;
   const PackedRotation packed = pack_rotation(turn);
   for (std::size_t i = 0; i < snow.size(); ++i) {
-    const Vec3 x = turn * snow.world_position(i);
+    const Vec3 x = turn * vec(snow.world_position(i));
     for (int a = 0; a < 3; ++a) {
-      turned.x[a][i] = static_cast<float>(x[a]);
-      turned.turn[a][i] = packed[a];
+      turned.position[a][i] = static_cast<float>(x[a]);
+      turned.rotation[a][i] = packed[a];
     }
   }
   const Snapshot fine = with_relief(snow, 2), fine_turned = with_relief(turned, 2);
   CHECK(fine.id == fine_turned.id);
   CHECK(fine.volume0 == fine_turned.volume0);
   for (std::size_t i = 0; i < fine.size(); ++i) {
-    REQUIRE((fine_turned.world_position(i) - turn * fine.world_position(i)).norm() < 2e-6);
-    REQUIRE(fine_turned.turn[0][i] == packed[0]);
+    REQUIRE((vec(fine_turned.world_position(i)) - turn * vec(fine.world_position(i))).norm() < 2e-6);
+    REQUIRE(fine_turned.rotation[0][i] == packed[0]);
   }
 }
 

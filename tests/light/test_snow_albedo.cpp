@@ -13,6 +13,7 @@
 #include "tests/curve.h"
 #include "tests/light/estimate.h"
 #include "tests/light/reference_table.h"
+#include "tests/points.h"
 
 namespace firn::test::snow_albedo {
 namespace {
@@ -29,20 +30,13 @@ constexpr double kDepth = kExtinction * kDensity * kBelow * kDeep;  // mean free
 
 // Its upper side about height 0.
 Snapshot bed() {
-  Snapshot snow;
-  snow.dx = 2 * kSpacing;
+  Points points(2 * kSpacing);
   for (int i = 0; i < kAcross * kDeep * kAcross; ++i) {
     const double x = kAside * (i % kAcross - kAcross / 2 + 0.5), y = kBelow * (-i / kAcross % kDeep - 0.5),
                  z = kAside * (i / kAcross / kDeep - kAcross / 2 + 0.5);
-    snow.x[0].push_back(static_cast<float>(x));
-    snow.x[1].push_back(static_cast<float>(y));
-    snow.x[2].push_back(static_cast<float>(z));
-    snow.density.push_back(kDensity);
-    snow.volume0.push_back(static_cast<float>(std::pow(kSpacing, 3)));
-    snow.id.push_back(static_cast<std::uint32_t>(i));
+    points.add(Vec3(x, y, z), std::pow(kSpacing, 3));
   }
-  snow.resize(snow.density.size());
-  return snow;
+  return points.snapshot(kDensity);
 }
 
 // In light from all around.

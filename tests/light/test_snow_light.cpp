@@ -107,7 +107,7 @@ TEST_CASE("similarity deep in the snow changes its light by less than 1 %", "[li
 TEST_CASE("snows that scatter by different means are left as they are", "[light]") {
   RenderSetup setup = lit_ball(4);
   Snapshot snow = ball();
-  for (std::size_t i = 0; i < snow.size(); ++i) snow.object[i] = snow.x[0][i] > 0;
+  for (std::size_t i = 0; i < snow.size(); ++i) snow.object[i] = snow.position[0][i] > 0;
   setup.snow.push_back(setup.snow[0]);
   const auto picture = [&](bool reference, double second) {
     setup.image.reference = reference;

@@ -14,6 +14,7 @@
 #include "tests/catch.h"
 #include "tests/curve.h"
 #include "tests/light/pictures.h"
+#include "tests/points.h"
 
 namespace firn::test::sparkle {
 
@@ -76,12 +77,12 @@ Snapshot some_snow() { return test::snowball(Vec3(0.3, 0.2, 0.1), 0.1, kSpacing)
 Snapshot moved(const Snapshot& from, const Mat3& turn, const Vec3& shift) {
   Snapshot to = from;
   for (std::size_t i = 0; i < from.size(); ++i) {
-    const Vec3 x = turn * from.world_position(i) + shift - to.origin;
-    const auto before = unpack_rotation({from.turn[0][i], from.turn[1][i], from.turn[2][i]});
+    const Vec3 x = turn * vec(from.world_position(i)) + shift - vec(to.origin);
+    const auto before = unpack_rotation({from.rotation[0][i], from.rotation[1][i], from.rotation[2][i]});
     const PackedRotation after = pack_rotation(turn * before.cast<double>());
     for (int a = 0; a < 3; ++a) {
-      to.x[a][i] = static_cast<float>(x[a]);
-      to.turn[a][i] = after[a];
+      to.position[a][i] = static_cast<float>(x[a]);
+      to.rotation[a][i] = after[a];
     }
   }
   return to;
@@ -293,7 +294,7 @@ TEST_CASE("snow that is turned and moved takes its glints along", "[light]") {
   for (int k = 0; k < 200000; ++k) {
     const std::uint64_t key = hash_keys(11, k);
     const auto particle = static_cast<std::uint32_t>(key % snow.size());
-    const Vec3 world = snow.world_position(particle) + any_place(key, 0.01f).cast<double>();
+    const Vec3 world = vec(snow.world_position(particle)) + any_place(key, 0.01f).cast<double>();
     const Vec3f n = any_direction(key), h = cosine_direction(n, {0.3f * uniform_float(mix64(key)), 0.4f});
     const Vec3f wo = cone_direction(h, 0.2f, {uniform_float(hash_keys(key, 9)), 0.1f});
     const Vec3f wi = 2 * wo.dot(h) * h - wo;
@@ -325,10 +326,10 @@ TEST_CASE("glints are a function of the place in the snow, whatever else there i
   std::size_t kept = 0;
   for (std::size_t i = snow.size(); i-- > 0;) {
     if (snow.id[i] % 2) continue;
-    for (int a = 0; a < 3; ++a) less.x[a][kept] = snow.x[a][i];
+    for (int a = 0; a < 3; ++a) less.position[a][kept] = snow.position[a][i];
     less.id[kept++] = snow.id[i];
   }
-  less.resize(kept);
+  less = test::resized(less, kept);
   const Glinting part(less, s);
   const Vec3f n = Vec3f::UnitY();
   int glints = 0;
@@ -336,7 +337,7 @@ TEST_CASE("glints are a function of the place in the snow, whatever else there i
     const auto id = less.id[k];
     for (int j = 0; j < 200; ++j) {
       const std::uint64_t key = hash_keys(13, k, j);
-      const Vec3 world = less.world_position(k) + any_place(key, 0.01f).cast<double>();
+      const Vec3 world = vec(less.world_position(k)) + any_place(key, 0.01f).cast<double>();
       const Vec3f wo = cosine_direction(n, {0.5f * uniform_float(key), uniform_float(mix64(key))});
       const float a = whole.sparkle->brdf(whole.sorted_of[id], whole.place(world), n, wo, n, 0, 1e-3f);
       const float b = part.sparkle->brdf(part.sorted_of[k], part.place(world), n, wo, n, 0, 1e-3f);

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "src/core/isa.h"
-#include "src/mpm/simulation.h"
+#include "src/mpm/solver.h"
 #include "tests/catch.h"
 #include "tests/threads.h"
 

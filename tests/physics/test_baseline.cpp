@@ -12,8 +12,8 @@ namespace {
 constexpr double kDx = 1.0 / 128;
 
 // A ball that comes down aslant, hits the floor within the first steps and packs.
-SimulationSetup ball_hits_floor() {
-  SimulationSetup setup;
+SolverSetup ball_hits_floor() {
+  SolverSetup setup;
   setup.dx = kDx;
   setup.snow.push_back(ball(Vec3(0.011, 0.055, -0.007), 0.05, kDx, Material{}, Vec3(2, -10, 1)));
   setup.colliders.push_back(plane(Vec3::Zero(), Vec3::UnitY(), Contact::separating, 0.5));
@@ -25,7 +25,7 @@ struct Comparison {
   std::vector<double> apart, v_apart;  // cells and m/s, one a particle, ascending
 };
 
-Comparison compare(const Simulation& simulation, const bench::NaiveSimulation& naive) {
+Comparison compare(const Solver& simulation, const bench::NaiveSimulation& naive) {
   Snapshot snapshot;
   simulation.snapshot(snapshot);
   std::vector<const bench::NaiveParticle*> of_id(naive.particles().size());
@@ -35,8 +35,9 @@ Comparison compare(const Simulation& simulation, const bench::NaiveSimulation& n
   const double weight = 1.0 / static_cast<double>(snapshot.size());
   for (std::size_t i = 0; i < snapshot.size(); ++i) {
     const bench::NaiveParticle& p = *of_id[snapshot.id[i]];
-    const Vec3 x[2] = {snapshot.world_position(i), kDx * Vec3(p.x[0], p.x[1], p.x[2])};
-    const Vec3 v[2] = {{snapshot.v[0][i], snapshot.v[1][i], snapshot.v[2][i]}, {p.v[0], p.v[1], p.v[2]}};
+    const Vec3 x[2] = {vec(snapshot.world_position(i)), kDx * Vec3(p.x[0], p.x[1], p.x[2])};
+    const Vec3 v[2] = {{snapshot.velocity[0][i], snapshot.velocity[1][i], snapshot.velocity[2][i]},
+                       {p.v[0], p.v[1], p.v[2]}};
     for (int side : {0, 1}) {
       out.mean_x[side] += weight * x[side];
       out.mean_v[side] += weight * v[side];
@@ -52,9 +53,9 @@ Comparison compare(const Simulation& simulation, const bench::NaiveSimulation& n
 }  // namespace
 
 TEST_CASE("the naive baseline of the benchmark moves snow as firn does", "[physics]") {
-  const SimulationSetup setup = ball_hits_floor();
+  const SolverSetup setup = ball_hits_floor();
   for (const bool stop_early : {true, false}) {
-    Simulation simulation(best_kernels(), setup);
+    Solver simulation(best_kernels(), setup);
     bench::NaiveSimulation naive(setup, stop_early);
     REQUIRE(naive.particles().size() == simulation.particle_count());
     for (int step = 0; step < 100; ++step) {

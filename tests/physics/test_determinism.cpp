@@ -14,8 +14,8 @@ namespace firn::test::determinism {
 namespace {
 
 // Balls of every material that hit each other and the ground at 10 m/s.
-SimulationSetup violent_impact() {
-  SimulationSetup setup;
+SolverSetup violent_impact() {
+  SolverSetup setup;
   setup.dx = 0.02;
   Material chunky;
   chunky.critical_compression = 4e-2;
@@ -38,7 +38,7 @@ SimulationSetup violent_impact() {
 std::uint64_t hash_with(const kernels::KernelTable& table, int threads, int steps) {
   std::uint64_t hash = 0;
   with_threads(threads, [&] {
-    Simulation simulation(table, violent_impact());
+    Solver simulation(table, violent_impact());
     for (int i = 0; i < steps; ++i) simulation.step(simulation.stable_step().dt);
     hash = simulation.state_hash();
   });
@@ -67,14 +67,14 @@ TEST_CASE("base gives its own bits, the same for any number of threads", "[physi
 }
 
 TEST_CASE("a saved and loaded simulation continues bit for bit", "[physics]") {
-  SimulationSetup setup = violent_impact();
+  SolverSetup setup = violent_impact();
   setup.domain = Shape{Box{Vec3::Constant(0.35)}, Pose{}};
-  Simulation whole(best_kernels(), setup), first(best_kernels(), setup);
+  Solver whole(best_kernels(), setup), first(best_kernels(), setup);
   whole.advance_to(0.01);
   first.advance_to(0.01);
   std::stringstream saved;
   first.save(saved);
-  Simulation second(best_kernels(), setup);
+  Solver second(best_kernels(), setup);
   second.load(saved);
   CHECK(second.time() == whole.time());
   CHECK(second.state_hash() == whole.state_hash());
@@ -91,7 +91,7 @@ TEST_CASE("a saved and loaded simulation continues bit for bit", "[physics]") {
 }
 
 TEST_CASE("loading refuses what is cut short, of another scene, or no saved state at all", "[physics]") {
-  Simulation simulation(best_kernels(), violent_impact());
+  Solver simulation(best_kernels(), violent_impact());
   const std::uint64_t before = simulation.state_hash();
   std::stringstream saved;
   simulation.save(saved);
@@ -101,10 +101,10 @@ TEST_CASE("loading refuses what is cut short, of another scene, or no saved stat
     std::stringstream cut(bytes.substr(0, length));
     CHECK_THROWS_AS(simulation.load(cut), Error);
   }
-  SimulationSetup other = violent_impact();
+  SolverSetup other = violent_impact();
   other.snow[0].material.young_modulus *= 2;
   std::stringstream whole(bytes);
-  CHECK_THROWS_AS(Simulation(best_kernels(), other).load(whole), Error);
+  CHECK_THROWS_AS(Solver(best_kernels(), other).load(whole), Error);
   std::string far = bytes;  // the first particle, eight cells away
   far[bytes.size() - 4 * kColumns * simulation.particle_count() + 3] ^= 0x60;
   std::stringstream beyond(far);
@@ -113,7 +113,7 @@ TEST_CASE("loading refuses what is cut short, of another scene, or no saved stat
 }
 
 TEST_CASE("stopping between steps and going on changes no bit", "[physics]") {
-  Simulation straight(best_kernels(), violent_impact()), stopped(best_kernels(), violent_impact());
+  Solver straight(best_kernels(), violent_impact()), stopped(best_kernels(), violent_impact());
   std::stop_source stop;
   stop.request_stop();
   CHECK_FALSE(stopped.advance_to(0.005, stop.get_token()));

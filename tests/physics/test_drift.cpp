@@ -23,7 +23,7 @@ enum class Sorted { when_needed, before_every_step };
 
 class Run {
  public:
-  Run(const kernels::KernelTable& table, const SimulationSetup& setup, Sorted sorted)
+  Run(const kernels::KernelTable& table, const SolverSetup& setup, Sorted sorted)
       : state_(table, setup), sorted_(sorted) {
     place_particles(state_);
     state_.rebuild_grid();
@@ -33,7 +33,7 @@ class Run {
     };
   }
 
-  Simulation::State& state() { return state_; }
+  Solver::State& state() { return state_; }
   int sorts() const { return sorts_; }
   std::size_t out_of_reach() const { return out_of_reach_; }  // at any P2G, particles beyond their tile
 
@@ -65,7 +65,7 @@ class Run {
     }
   }
 
-  Simulation::State state_;
+  Solver::State state_;
   Sorted sorted_;
   int sorts_ = 0;
   std::size_t out_of_reach_ = 0;
@@ -85,7 +85,7 @@ std::vector<std::size_t> by_id(const kernels::ParticleView& p, std::size_t count
 }
 
 // On each axis, 2^-28 cells from the origin.
-std::vector<std::int64_t> places(const Simulation::State& s, int axis) {
+std::vector<std::int64_t> places(const Solver::State& s, int axis) {
   std::vector<std::int64_t> out(s.particles.size());
   for (std::size_t b = 0; b < s.blocks.size(); ++b) {
     const std::int64_t block[3] = {s.blocks.coord[b].x, s.blocks.coord[b].y, s.blocks.coord[b].z};
@@ -95,7 +95,7 @@ std::vector<std::int64_t> places(const Simulation::State& s, int axis) {
   return out;
 }
 
-Apart compare(const Simulation::State& a, const Simulation::State& b) {
+Apart compare(const Solver::State& a, const Solver::State& b) {
   REQUIRE(a.particles.size() == b.particles.size());
   const kernels::ParticleView p = a.particles.view(), q = b.particles.view();
   const std::vector<std::size_t> in_a = by_id(p, a.particles.size()), in_b = by_id(q, b.particles.size());
@@ -115,8 +115,8 @@ Apart compare(const Simulation::State& a, const Simulation::State& b) {
 
 // Single particles on 40-cell centres, so that no two meet, in all 26 directions of a block's neighbours,
 // each direction from `starts` places of its block.
-SimulationSetup fan(double speed, int starts) {
-  SimulationSetup setup;
+SolverSetup fan(double speed, int starts) {
+  SolverSetup setup;
   setup.dx = kDx;
   setup.gravity = Vec3::Zero();
   setup.check_energy_bound = false;
@@ -147,7 +147,7 @@ TEST_CASE("particles that cross block borders at the speed limit, every way and 
           "[physics]") {
   for (const kernels::KernelTable* table : supported_kernels()) {
     for (const double cells : {kRuleCells, kMostCells}) {
-      const SimulationSetup setup = fan(cells * kCellsPerStep, 6);
+      const SolverSetup setup = fan(cells * kCellsPerStep, 6);
       Run run(*table, setup, Sorted::when_needed), reference(*table, setup, Sorted::before_every_step);
       if (cells == kRuleCells) CHECK(stable_limit(run.state()).dt == Approx(kDt));
       for (int step = 0; step < 60; ++step) {
@@ -174,7 +174,7 @@ TEST_CASE("particles that cross block borders at the speed limit, every way and 
 TEST_CASE("a spinning elastic ball at the speed limit is what it is when sorted before every step",
           "[physics]") {
   for (const Vec3& way : {Vec3(1, 0, 0), Vec3(-1, 1, 0), Vec3(1, -1, -1)}) {
-    SimulationSetup setup;
+    SolverSetup setup;
     setup.dx = kDx;
     setup.snow.push_back(ball(Vec3(0.013, -0.02, 0.007), 5 * kDx, kDx, elastic(), Vec3::Zero()));
     for (std::size_t i = 0; i < setup.snow[0].position.size(); ++i)
@@ -200,7 +200,7 @@ TEST_CASE("a spinning elastic ball at the speed limit is what it is when sorted 
 TEST_CASE("a particle that crosses a cell or more in one step stops the run, and the run stays stopped",
           "[physics]") {
   for (const double cells : {1.0001, 2.5, 7.0, 20.0, 1e12}) {
-    Simulation simulation(best_kernels(), fan(cells * kCellsPerStep, 1));
+    Solver simulation(best_kernels(), fan(cells * kCellsPerStep, 1));
     INFO(cells << " cells a step");
     for (int again = 0; again < 3; ++again)
       CHECK_THROWS_WITH(simulation.step(kDt), contains("cells in one step"));
@@ -208,9 +208,9 @@ TEST_CASE("a particle that crosses a cell or more in one step stops the run, and
 }
 
 TEST_CASE("a force that moves snow by more than a cell in its first step stops the run", "[physics]") {
-  SimulationSetup setup = fan(0, 1);
+  SolverSetup setup = fan(0, 1);
   setup.gravity = Vec3(0, 1.5 * kDx / (kDt * kDt), 0);
-  Simulation simulation(best_kernels(), setup);
+  Solver simulation(best_kernels(), setup);
   CHECK_THROWS_WITH(simulation.step(kDt), contains("crosses 1.5 cells in one step"));
   CHECK_THROWS_WITH(simulation.step(kDt), contains("crosses 1.5 cells in one step"));
 }

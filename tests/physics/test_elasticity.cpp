@@ -19,8 +19,8 @@ constexpr double kSwing = 0.02;  // m/s, of its free end at the start
 // A bar along +y from y = 0, two cells square, between frictionless rollers on its four sides, its foot on a
 // sticky plane. Planes lie on grid nodes (n - 1/2 cells), where a node on the plane feels it and the next one
 // does not.
-SimulationSetup bar(const Material& material, int cells) {
-  SimulationSetup setup;
+SolverSetup bar(const Material& material, int cells) {
+  SolverSetup setup;
   const double dx = setup.dx = kLength / cells;
   setup.snow.push_back(
       fill(Vec3(0.5, 0.5, 0.5) * dx, Vec3(2.5 * dx, kLength + 0.5 * dx, 2.5 * dx), dx, 2, material));
@@ -33,7 +33,7 @@ SimulationSetup bar(const Material& material, int cells) {
 }
 
 // Mean height of the top layer of particles.
-double top(const Simulation& simulation) { return simulation.metrics().bounds.max.y(); }
+double top(const Solver& simulation) { return bounds_of(simulation.metrics()).max.y(); }
 
 // The least squares line through (k + 1/2, values[k]), k < count, at 0.
 double at_zero(const std::vector<double>& values, int count) {
@@ -51,21 +51,21 @@ double at_zero(const std::vector<double>& values, int count) {
 // s; the bar swings once, let go in its lowest mode. see(time, speed over that of the start) after each
 // sample.
 double period_of(const Material& material, int cells, const std::function<void(double, double)>& see) {
-  SimulationSetup setup = bar(material, cells);
+  SolverSetup setup = bar(material, cells);
   setup.gravity = Vec3::Zero();
   for (std::size_t i = 0; i < setup.snow[0].position.size(); ++i) {
     const double y = setup.snow[0].position[i].y() - 0.5 * setup.dx;
     setup.snow[0].velocity[i].y() = kSwing * std::sin(M_PI * y / (2 * kLength));
   }
-  Simulation simulation(best_kernels(), setup);
+  Solver simulation(best_kernels(), setup);
   // The momentum along the bar passes through zero at a quarter, three quarters, ... of the period.
   const double expected = 4 * kLength / elastic_moduli(material).p_wave_speed;
-  const double start = simulation.metrics().momentum.y();
+  const double start = vec(simulation.metrics().momentum).y();
   std::vector<double> zeros;
   double last = start, last_time = 0;
   while (zeros.size() < 5) {
     simulation.advance_to(simulation.time() + expected / 200);
-    const double now = simulation.metrics().momentum.y();
+    const double now = vec(simulation.metrics().momentum).y();
     see(simulation.time(), now / start);
     if (now * last < 0) zeros.push_back(last_time + (simulation.time() - last_time) * last / (last - now));
     last = now;
@@ -83,10 +83,10 @@ struct Sagging {
 };
 
 Sagging sagging(const Material& material, int cells) {
-  SimulationSetup setup = bar(material, cells);
+  SolverSetup setup = bar(material, cells);
   setup.gravity = Vec3(0, -9.81, 0);
   const std::vector<Vec3> placed = setup.snow[0].position;
-  Simulation simulation(best_kernels(), setup);
+  Solver simulation(best_kernels(), setup);
   const double before = top(simulation);
   const double period = 4 * kLength / elastic_moduli(material).p_wave_speed;
   Sagging mean{0, std::vector<double>(2 * cells), std::vector<double>(2 * cells)};
@@ -100,7 +100,7 @@ Sagging sagging(const Material& material, int cells) {
       const Vec3& start = placed[snapshot.id[k]];
       const std::size_t layer = static_cast<std::size_t>(start.y() / (setup.dx / 2) - 1);
       mean.strain[layer] += material.density / snapshot.density[k] / (16 * samples);
-      mean.lift[layer] += (snapshot.world_position(k).y() - start.y()) / (16 * samples);
+      mean.lift[layer] += (vec(snapshot.world_position(k)).y() - start.y()) / (16 * samples);
     }
   }
   return mean;

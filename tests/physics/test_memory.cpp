@@ -17,12 +17,12 @@ constexpr double kDx = 0.05;  // m
 
 // A sheet of snow two cells thick and eight wide, down a slope of 30 degrees that heads aslant through the
 // axes: the box around 100 m of it holds 1.5 billion cells.
-SimulationSetup slope(double length) {
+SolverSetup slope(double length) {
   Shape sheet;
   sheet.form = Box{Vec3(length / 2, 0.05, 0.2)};
   sheet.pose.rotation =
       (Eigen::AngleAxisd(0.7, Vec3::UnitY()) * Eigen::AngleAxisd(-M_PI / 6, Vec3::UnitZ())).matrix();
-  SimulationSetup setup;
+  SolverSetup setup;
   setup.dx = kDx;
   PlacedSnow snow;
   snow.position = fill_shape(sheet, kDx / 2, 1);
@@ -52,7 +52,7 @@ struct Cost {
 Cost cost_of(double length) {
   std::ofstream("/proc/self/clear_refs") << 5;  // resets VmHWM
   const double before = status_bytes("VmRSS");
-  Simulation simulation(best_kernels(), slope(length));
+  Solver simulation(best_kernels(), slope(length));
   for (int step = 0; step < 30; ++step) simulation.step(5e-4);
   const auto particles = static_cast<double>(simulation.particle_count());
   return {simulation.particle_count(), static_cast<double>(simulation.resident_bytes()) / particles,
@@ -73,7 +73,7 @@ TEST_CASE("snow along a slope takes memory by the particle, not by the box aroun
 }
 
 TEST_CASE("snow as placed is given back once it is in the columns", "[physics]") {
-  Simulation::State state(best_kernels(), slope(5));
+  Solver::State state(best_kernels(), slope(5));
   state.setup.snow[0].packing.assign(state.setup.snow[0].position.size(), 1.f);
   place_particles(state);
   CHECK(state.setup.snow[0].position.capacity() == 0);

@@ -17,8 +17,8 @@ namespace {
 constexpr double kDx = 0.025, kHead = 0.3, kThick = 0.1, kHalf = 0.225;  // m: head of the posts, plate
 
 // A plate on two posts, a floor under them, and a bar that is pressed through the middle after 0.3 s.
-SimulationSetup bridge(const Material& material) {
-  SimulationSetup setup;
+SolverSetup bridge(const Material& material) {
+  SolverSetup setup;
   setup.dx = kDx;
   setup.snow.push_back(fill(Vec3(-kHalf, kHead, -0.1), Vec3(kHalf, kHead + kThick, 0.1), kDx, 2, material));
   setup.colliders.push_back(plane(Vec3::Zero(), Vec3(0, 1, 0), Contact::separating, 0.4));
@@ -42,25 +42,25 @@ SimulationSetup bridge(const Material& material) {
 }
 
 // m; of the particles of the middle tenth of the plate: how far they have sunk, on the mean.
-double sag(const Simulation& simulation, const SimulationSetup& placed) {
+double sag(const Solver& simulation, const SolverSetup& placed) {
   Snapshot s;
   simulation.snapshot(s);
   double sum = 0, count = 0;
   for (std::size_t i = 0; i < s.size(); ++i) {
     const Vec3& start = placed.snow[0].position[s.id[i]];
     if (std::abs(start.x()) > 0.1 * kHalf) continue;
-    sum += start.y() - s.world_position(i).y();
+    sum += start.y() - vec(s.world_position(i)).y();
     ++count;
   }
   return sum / count;
 }
 
 // The part of neighbours along the plate that are neighbours still, to a tenth of their distance.
-double kept_together(const Simulation& simulation, const SimulationSetup& placed) {
+double kept_together(const Solver& simulation, const SolverSetup& placed) {
   Snapshot s;
   simulation.snapshot(s);
   std::vector<Vec3> now(s.size());
-  for (std::size_t i = 0; i < s.size(); ++i) now[s.id[i]] = s.world_position(i);
+  for (std::size_t i = 0; i < s.size(); ++i) now[s.id[i]] = vec(s.world_position(i));
   const auto& start = placed.snow[0].position;
   const auto next = static_cast<std::size_t>(
       std::find_if(start.begin(), start.end(), [&](const Vec3& x) { return x.x() > start[0].x(); }) -
@@ -77,9 +77,9 @@ TEST_CASE(
     "from presets alone powder runs down through a gap, and ice crust bears itself and breaks into pieces",
     "[physics][figure]") {
   Curve curve("bridge", "series,time_s,sag_m");
-  const SimulationSetup powder = bridge(find_preset("powder").material);
-  const SimulationSetup crust = bridge(find_preset("ice_crust").material);
-  Simulation soft(best_kernels(), powder), hard(best_kernels(), crust);
+  const SolverSetup powder = bridge(find_preset("powder").material);
+  const SolverSetup crust = bridge(find_preset("ice_crust").material);
+  Solver soft(best_kernels(), powder), hard(best_kernels(), crust);
   const auto advance = [&](int from, int to) {  // in parts of 0.04 s
     for (int k = from; k <= to; ++k) {
       soft.advance_to(0.04 * k);
@@ -105,8 +105,8 @@ TEST_CASE("each preset lasts five seconds of a thrown ball at the automatic dt",
     ReadOptions options;
     options.overrides.push_back({"snow.ball.preset", preset});
     options.overrides.push_back({"simulation.particles_across", "22"});
-    Simulation simulation(
-        best_kernels(), build_simulation(read_scene(FIRN_SOURCE_ROOT "/scenes/snowball_drop.toml", options)));
+    Solver simulation(best_kernels(),
+                      build_simulation(read_scene(FIRN_SOURCE_ROOT "/scenes/snowball_drop.toml", options)));
     const Metrics start = simulation.metrics();
     const auto energy = [](const Metrics& m) {
       return m.kinetic_energy + m.elastic_energy + m.potential_energy;
@@ -125,7 +125,8 @@ TEST_CASE("each preset lasts five seconds of a thrown ball at the automatic dt",
     simulation.snapshot(snapshot);
     bool finite = true, above = true;
     for (std::size_t i = 0; i < snapshot.size(); ++i) {
-      const Vec3 x = snapshot.world_position(i), v(snapshot.v[0][i], snapshot.v[1][i], snapshot.v[2][i]);
+      const Vec3 x = vec(snapshot.world_position(i)),
+                 v(snapshot.velocity[0][i], snapshot.velocity[1][i], snapshot.velocity[2][i]);
       finite = finite && x.allFinite() && v.allFinite() && std::isfinite(snapshot.density[i]);
       above = above && x.y() > -snapshot.dx;  // on the ground, not through it
     }

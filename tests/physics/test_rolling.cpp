@@ -30,8 +30,8 @@ Material sticky_layer() {
   return m;
 }
 
-SimulationSetup slope(const Material& layer, double dx = kDx) {
-  SimulationSetup setup;
+SolverSetup slope(const Material& layer, double dx = kDx) {
+  SolverSetup setup;
   setup.dx = dx;
   setup.gravity = 9.81 * Vec3(std::sin(kTilt), -std::cos(kTilt), 0);
   const Vec3 center(0.3, kLayer + kRadius, 0);
@@ -52,32 +52,34 @@ struct Rolling {
 
 // The layer's particles that go with the ball: near it, lifted off where they lay, and in its rigid motion to
 // 0.4 of its speed. Snow that it pushes aside or throws up does not count.
-Rolling rolling(const Simulation& simulation, double ball_mass, const Material& layer) {
+Rolling rolling(const Solver& simulation, double ball_mass, const Material& layer) {
   Snapshot s;
   simulation.snapshot(s);
   Rolling r;
   double count = 0, moment = 0, inertia = 0, gathered = 0;
-  const auto velocity = [&](std::size_t i) { return Vec3(s.v[0][i], s.v[1][i], s.v[2][i]); };
+  const auto velocity = [&](std::size_t i) {
+    return Vec3(s.velocity[0][i], s.velocity[1][i], s.velocity[2][i]);
+  };
   for (std::size_t i = 0; i < s.size(); ++i) {
     if (s.object[i] != 0) continue;
     ++count;
-    r.center += s.world_position(i);
+    r.center += vec(s.world_position(i));
     r.velocity += velocity(i);
   }
   r.center /= count;
   r.velocity /= count;
   for (std::size_t i = 0; i < s.size(); ++i) {
     if (s.object[i] != 0) continue;
-    const Vec3 x = s.world_position(i) - r.center, v = velocity(i) - r.velocity;
+    const Vec3 x = vec(s.world_position(i)) - r.center, v = velocity(i) - r.velocity;
     moment += x.x() * v.y() - x.y() * v.x();
     inertia += x.x() * x.x() + x.y() * x.y();
   }
   r.spin = -moment / inertia;
   for (std::size_t i = 0; i < s.size(); ++i) {
     if (s.object[i] != 1) continue;
-    const Vec3 x = s.world_position(i) - r.center;
+    const Vec3 x = vec(s.world_position(i)) - r.center;
     const Vec3 with_ball = r.velocity + Vec3(0, 0, -r.spin).cross(x);
-    const bool lifted = s.world_position(i).y() > kLayer + 0.5 * kDx;
+    const bool lifted = vec(s.world_position(i)).y() > kLayer + 0.5 * kDx;
     if (x.norm() < 1.8 * kRadius && lifted && (velocity(i) - with_ball).norm() < 0.4 * r.velocity.norm())
       gathered += s.volume0[i] * layer.density;
   }
@@ -93,8 +95,8 @@ double mass(const PlacedSnow& snow) {
 
 TEST_CASE("a ball that rolls down a slope of sticky snow winds it up and grows by a quarter in 1.4 m",
           "[physics][figure]") {
-  const SimulationSetup setup = slope(sticky_layer());
-  Simulation simulation(best_kernels(), setup);
+  const SolverSetup setup = slope(sticky_layer());
+  Solver simulation(best_kernels(), setup);
   Rolling last;
   Curve curve("rolling_sticky", "series,way_m,grown,rolls");
   for (const double time : {0.3, 0.6, 0.9}) {
@@ -115,7 +117,7 @@ TEST_CASE("a ball that rolls down a slope of sticky snow winds it up and grows b
   CHECK(last.center.x() < 0.3 + 1.4);
   CHECK(last.grown > 0.25);
   if (!makes_figures()) return;
-  Simulation finer(best_kernels(), slope(sticky_layer(), kDx / 2));
+  Solver finer(best_kernels(), slope(sticky_layer(), kDx / 2));
   for (int k = 1; k <= 18; ++k) {
     finer.advance_to(0.05 * k);
     const Rolling r = rolling(finer, mass(setup.snow[0]), sticky_layer());
@@ -132,8 +134,8 @@ TEST_CASE(
   crumbly.critical_stretch = 0.001;
   Curve curve("rolling_loose", "series,way_m,grown,rolls");
   for (const Material& layer : {find_preset("powder").material, crumbly}) {
-    const SimulationSetup setup = slope(layer);
-    Simulation simulation(best_kernels(), setup);
+    const SolverSetup setup = slope(layer);
+    Solver simulation(best_kernels(), setup);
     for (int k = 1; k <= 18; ++k) {  // some is thrown up and falls again
       simulation.advance_to(0.05 * k);
       const Rolling r = rolling(simulation, mass(setup.snow[0]), layer);

@@ -36,8 +36,8 @@ Material weak_layer() {
   return m;
 }
 
-SimulationSetup column(double length) {
-  SimulationSetup setup;
+SolverSetup column(double length) {
+  SolverSetup setup;
   setup.dx = kDx;
   setup.sleep = false;
   setup.gravity = Vec3::Zero();
@@ -165,7 +165,7 @@ class SawTest {
   }
 
   Vec3 down_;
-  Simulation::State state_;
+  Solver::State state_;
   std::vector<double> broken_at_;  // s, of each column of cells
   std::vector<Vec3> placed_;       // by id
   double cut_ = 0;                 // m

@@ -35,8 +35,8 @@ Collider weight() {
   return c;
 }
 
-SimulationSetup slope(const Material& under_slab, bool triggered) {
-  SimulationSetup setup;
+SolverSetup slope(const Material& under_slab, bool triggered) {
+  SolverSetup setup;
   setup.dx = kDx;
   setup.gravity = 9.81 * Vec3(std::sin(kTilt), -std::cos(kTilt), 0);
   const auto layer = [&](double from, double to, double low, double high, const Material& material) {
@@ -61,7 +61,7 @@ SimulationSetup slope(const Material& under_slab, bool triggered) {
 struct Part {
   double way = 0, speed = 0;  // m, m/s
 };
-Part part_of(const Simulation& simulation, const SimulationSetup& placed, double from, double to) {
+Part part_of(const Solver& simulation, const SolverSetup& placed, double from, double to) {
   Snapshot s;
   simulation.snapshot(s);
   Part part;
@@ -70,8 +70,8 @@ Part part_of(const Simulation& simulation, const SimulationSetup& placed, double
     if (s.object[i] != 0) continue;
     const double start = placed.snow[0].position[s.id[i]].x();  // the slab's ids come first
     if (start < from || start >= to) continue;
-    part.way += s.world_position(i).x() - start;
-    part.speed += s.v[0][i];
+    part.way += vec(s.world_position(i)).x() - start;
+    part.speed += s.velocity[0][i];
     ++count;
   }
   return {part.way / count, part.speed / count};
@@ -81,8 +81,8 @@ Part part_of(const Simulation& simulation, const SimulationSetup& placed, double
 
 TEST_CASE("a slab on a weak layer stands on 38 degrees", "[physics][figure]") {
   Curve curve("slab_uncut", "series,time_s,way_m");
-  const SimulationSetup setup = slope(find_preset("weak_layer").material, false);
-  Simulation simulation(best_kernels(), setup);
+  const SolverSetup setup = slope(find_preset("weak_layer").material, false);
+  Solver simulation(best_kernels(), setup);
   for (int k = 1; k <= 24; ++k) {
     const double time = 0.1 * k;
     simulation.advance_to(time);
@@ -97,8 +97,8 @@ TEST_CASE("a slab on a weak layer stands on 38 degrees", "[physics][figure]") {
 
 TEST_CASE("broken at one spot, the weak layer lets the whole slab below go, and the snow above it stays",
           "[physics][figure]") {
-  const SimulationSetup setup = slope(find_preset("weak_layer").material, true);
-  Simulation simulation(best_kernels(), setup);
+  const SolverSetup setup = slope(find_preset("weak_layer").material, true);
+  Solver simulation(best_kernels(), setup);
   Curve curve("slab_struck", "series,time_s,way_m");
   const auto advance_to = [&](double time) {
     for (double t = simulation.time() + 0.1; t < time - 0.05; t += 0.1) {
@@ -122,8 +122,8 @@ TEST_CASE("broken at one spot, the weak layer lets the whole slab below go, and 
 }
 
 TEST_CASE("on well bonded snow the same slab bears the same blow", "[physics]") {
-  const SimulationSetup setup = slope(well_bonded(), true);
-  Simulation simulation(best_kernels(), setup);
+  const SolverSetup setup = slope(well_bonded(), true);
+  Solver simulation(best_kernels(), setup);
   simulation.advance_to(kTriggered + 1.2);
   const Part below = part_of(simulation, setup, kTrigger + 1, kLength);
   CHECK(std::abs(below.speed) < 0.05);

@@ -17,8 +17,8 @@ constexpr double kDx = 0.01;  // m
 constexpr int kSide = 16;     // cells
 
 // Eight particles a cell, each anywhere in its own eighth.
-SimulationSetup moving_cube(const Vec3& velocity) {
-  SimulationSetup setup;
+SolverSetup moving_cube(const Vec3& velocity) {
+  SolverSetup setup;
   setup.dx = kDx;
   setup.sleep = false;
   PlacedSnow snow;
@@ -37,7 +37,7 @@ SimulationSetup moving_cube(const Vec3& velocity) {
 }
 
 // Runs for each cell that a block's particles lie in, `cells` (on each axis) after where they are stored.
-double runs_per_cell(const Simulation::State& state, const std::int32_t (&ahead)[3]) {
+double runs_per_cell(const Solver::State& state, const std::int32_t (&ahead)[3]) {
   const kernels::ParticleView p = state.particles.view();
   std::size_t runs = 0, cells = 0;
   for (std::size_t b = 0; b < state.blocks.size(); ++b) {
@@ -66,7 +66,7 @@ TEST_CASE("cells stay runs of particles while snow drifts", "[physics]") {
        {Case{Vec3(5, 0, 0), 1.25}, Case{Vec3(0, -5, 0), 1.25}, Case{Vec3(0, 0, 5), 1.25},
         Case{Vec3(4, -2, 0), 2.3}, Case{Vec3(0, -4, -2), 2.3}}) {
     INFO("velocity " << along.transpose() << " m/s");
-    Simulation::State state(best_kernels(), moving_cube(along));
+    Solver::State state(best_kernels(), moving_cube(along));
     place_particles(state);
     state.rebuild_grid();
     state.summarise();

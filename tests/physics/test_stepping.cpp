@@ -13,8 +13,8 @@
 namespace firn::test::stepping {
 namespace {
 
-SimulationSetup one_ball(double dx, const Vec3& velocity) {
-  SimulationSetup setup;
+SolverSetup one_ball(double dx, const Vec3& velocity) {
+  SolverSetup setup;
   setup.dx = dx;
   setup.snow.push_back(ball(Vec3(0.001, 0.002, 0.003), 5 * dx, dx, Material{}, velocity));
   return setup;
@@ -38,9 +38,9 @@ bool contains(const std::string& text, const std::string& part) {
 
 TEST_CASE("particles at the velocity limit cross block after block and keep their places to round-off",
           "[physics]") {
-  SimulationSetup setup = one_ball(0.01, Vec3(40, 36, -33));
+  SolverSetup setup = one_ball(0.01, Vec3(40, 36, -33));
   setup.gravity = Vec3::Zero();
-  Simulation simulation(best_kernels(), setup);
+  Solver simulation(best_kernels(), setup);
   Snapshot before, after;
   simulation.snapshot(before);
   const double dt = simulation.stable_step().dt;
@@ -50,19 +50,19 @@ TEST_CASE("particles at the velocity limit cross block after block and keep thei
   simulation.snapshot(after);
   REQUIRE(after.size() == before.size());
   std::vector<Vec3> start(before.size());
-  for (std::size_t i = 0; i < before.size(); ++i) start[before.id[i]] = before.world_position(i);
+  for (std::size_t i = 0; i < before.size(); ++i) start[before.id[i]] = vec(before.world_position(i));
   double worst = 0;
   for (std::size_t i = 0; i < after.size(); ++i) {
     const Vec3 expected = start[after.id[i]] + steps * dt * Vec3(40, 36, -33);
-    worst = std::max(worst, (after.world_position(i) - expected).norm());
+    worst = std::max(worst, (vec(after.world_position(i)) - expected).norm());
   }
   CHECK(worst < 1e-3 * setup.dx);
 }
 
 TEST_CASE("the step adapts to packed snow and says so", "[physics]") {
-  SimulationSetup setup = one_ball(0.01, Vec3(0, -8, 0));
+  SolverSetup setup = one_ball(0.01, Vec3(0, -8, 0));
   setup.colliders.push_back(plane(Vec3(0, -0.06, 0), Vec3(0, 1, 0), Contact::sticky, 0));
-  Simulation simulation(best_kernels(), setup);
+  Solver simulation(best_kernels(), setup);
   const TimeStep fresh = simulation.stable_step();
   CHECK(fresh.dt == Approx(kElasticCourant * 0.01 / 19.72).epsilon(1e-3));
   CHECK(contains(fresh.cause, "fresh snow, 19.7 m/s"));
@@ -73,7 +73,7 @@ TEST_CASE("the step adapts to packed snow and says so", "[physics]") {
 }
 
 TEST_CASE("advancing ends at the very time asked for, with steps of one length", "[physics]") {
-  Simulation simulation(best_kernels(), one_ball(0.01, Vec3::Zero()));
+  Solver simulation(best_kernels(), one_ball(0.01, Vec3::Zero()));
   const double limit = simulation.stable_step().dt;
   const double frame = 10.3 * limit;
   simulation.advance_to(frame);
@@ -83,21 +83,21 @@ TEST_CASE("advancing ends at the very time asked for, with steps of one length",
 }
 
 TEST_CASE("a fixed dt is kept and divides the frame", "[physics]") {
-  SimulationSetup setup = one_ball(0.01, Vec3::Zero());
+  SolverSetup setup = one_ball(0.01, Vec3::Zero());
   setup.fixed_dt = 1e-4;
-  Simulation simulation(best_kernels(), setup);
+  Solver simulation(best_kernels(), setup);
   simulation.advance_to(0.01);
   CHECK(simulation.metrics().steps == 100);
   CHECK(contains(simulation.stable_step().cause, "fixed"));
 }
 
 TEST_CASE("a fixed dt that is far too long stops with step, particle and cause", "[physics]") {
-  SimulationSetup setup = one_ball(0.01, Vec3(0, -5, 0));
+  SolverSetup setup = one_ball(0.01, Vec3(0, -5, 0));
   setup.colliders.push_back(plane(Vec3(0, -0.06, 0), Vec3(0, 1, 0), Contact::separating, 0.3));
   setup.fixed_dt = 1.2e-3;
   const std::string message = message_of(
       [&] {
-        Simulation simulation(best_kernels(), setup);
+        Solver simulation(best_kernels(), setup);
         simulation.advance_to(1);
       },
       ErrorCode::unstable);
@@ -108,9 +108,9 @@ TEST_CASE("a fixed dt that is far too long stops with step, particle and cause",
 }
 
 TEST_CASE("the adaptive step keeps a hard impact stable and within the scene's energy", "[physics]") {
-  SimulationSetup setup = one_ball(0.01, Vec3(0, -30, 0));
+  SolverSetup setup = one_ball(0.01, Vec3(0, -30, 0));
   setup.colliders.push_back(plane(Vec3(0, -0.06, 0), Vec3(0, 1, 0), Contact::separating, 0.3));
-  Simulation simulation(best_kernels(), setup);
+  Solver simulation(best_kernels(), setup);
   const Metrics before = simulation.metrics();
   CHECK_NOTHROW(simulation.advance_to(0.02));
   const Metrics after = simulation.metrics();
@@ -119,31 +119,30 @@ TEST_CASE("the adaptive step keeps a hard impact stable and within the scene's e
 }
 
 TEST_CASE("no snow, places that are not numbers and places beyond the grid are usage errors", "[physics]") {
-  SimulationSetup empty;
-  CHECK(contains(message_of([&] { Simulation s(best_kernels(), empty); }, ErrorCode::usage), "no snow"));
-  SimulationSetup nan = one_ball(0.01, Vec3::Zero());
+  SolverSetup empty;
+  CHECK(contains(message_of([&] { Solver s(best_kernels(), empty); }, ErrorCode::usage), "no snow"));
+  SolverSetup nan = one_ball(0.01, Vec3::Zero());
   nan.snow[0].position[3].y() = std::numeric_limits<double>::quiet_NaN();
-  CHECK(contains(message_of([&] { Simulation s(best_kernels(), nan); }, ErrorCode::usage), "not finite"));
-  SimulationSetup far = one_ball(0.01, Vec3::Zero());
+  CHECK(contains(message_of([&] { Solver s(best_kernels(), nan); }, ErrorCode::usage), "not finite"));
+  SolverSetup far = one_ball(0.01, Vec3::Zero());
   far.snow[0].position[3].x() = 2e4;
-  CHECK(
-      contains(message_of([&] { Simulation s(best_kernels(), far); }, ErrorCode::usage), "from the origin"));
+  CHECK(contains(message_of([&] { Solver s(best_kernels(), far); }, ErrorCode::usage), "from the origin"));
 }
 
 TEST_CASE("the grid grows and shrinks with the snow", "[physics]") {
-  SimulationSetup setup = one_ball(0.01, Vec3::Zero());
+  SolverSetup setup = one_ball(0.01, Vec3::Zero());
   setup.gravity = Vec3::Zero();
   setup.snow.push_back(ball(Vec3(50, 0, 0), 0.05, 0.01, Material{}, Vec3::Zero()));
-  Simulation near(best_kernels(), one_ball(0.01, Vec3::Zero())), far(best_kernels(), setup);
+  Solver near(best_kernels(), one_ball(0.01, Vec3::Zero())), far(best_kernels(), setup);
   CHECK(far.grid_blocks() < 3 * near.grid_blocks());  // 50 m of air cost nothing
 }
 
 TEST_CASE("compact snow takes 120 to 300 bytes a particle, the grid included", "[physics]") {
   for (const double radius : {0.08, 0.2}) {
-    SimulationSetup setup;
+    SolverSetup setup;
     setup.dx = 0.01;
     setup.snow.push_back(ball(Vec3::Zero(), radius, setup.dx, Material{}, Vec3(3, 0, 0)));
-    Simulation simulation(best_kernels(), setup);
+    Solver simulation(best_kernels(), setup);
     for (int i = 0; i < 40; ++i) simulation.step(1e-4);  // sorted at least once
     const double each =
         static_cast<double>(simulation.resident_bytes()) / static_cast<double>(simulation.particle_count());

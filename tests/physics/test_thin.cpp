@@ -21,8 +21,8 @@ Collider plate(const Vec3& center, const Vec3& size, const Mat3& rotation = Mat3
 }
 
 // A ball thrown down onto a plate that is wider than what it bursts to.
-SimulationSetup thrown_at(const Collider& collider, double speed) {
-  SimulationSetup setup;
+SolverSetup thrown_at(const Collider& collider, double speed) {
+  SolverSetup setup;
   setup.dx = kDx;
   setup.snow.push_back(ball(Vec3(0.003, 0.11, 0.002), 0.08, kDx, Material{}, Vec3(0, -speed, 0)));
   setup.colliders.push_back(collider);
@@ -30,12 +30,12 @@ SimulationSetup thrown_at(const Collider& collider, double speed) {
 }
 
 // How far the snow got through the plane of the plate, m along its normal; below 0: not at all.
-double through(const Simulation& simulation, const Shape& shape, const Vec3& normal) {
+double through(const Solver& simulation, const Shape& shape, const Vec3& normal) {
   Snapshot s;
   simulation.snapshot(s);
   double most = -1;
   for (std::size_t i = 0; i < s.size(); ++i)
-    most = std::max(most, -normal.dot(s.world_position(i) - shape.pose.translation));
+    most = std::max(most, -normal.dot(vec(s.world_position(i)) - shape.pose.translation));
   return most;
 }
 
@@ -49,7 +49,7 @@ TEST_CASE("fast snow does not go through a plate of a tenth of a cell, wherever 
       for (const double tilt : {0.0, 0.4}) {
         const Mat3 turn = Eigen::AngleAxisd(tilt, Vec3::UnitZ()).toRotationMatrix();
         const Collider collider = plate(Vec3(0, shift * kDx, 0), Vec3(2, thick * kDx, 2), turn);
-        Simulation simulation(best_kernels(), thrown_at(collider, 20));
+        Solver simulation(best_kernels(), thrown_at(collider, 20));
         INFO("thickness " << thick << ", at " << shift << ", tilted by " << tilt);
         for (int frame = 1; frame <= 8; ++frame) {
           simulation.advance_to(0.01 * frame);
@@ -59,26 +59,27 @@ TEST_CASE("fast snow does not go through a plate of a tenth of a cell, wherever 
           plate_name << thick << " cells thick " << (tilt > 0 ? "(tilted)" : "(level)");
           if (shift == 0.3) curve.add(plate_name.str(), {simulation.time(), -gone / kDx});
         }
-        CHECK(simulation.metrics().momentum.y() > -0.2 * simulation.metrics().mass * 20);  // it was stopped
+        CHECK(vec(simulation.metrics().momentum).y() >
+              -0.2 * simulation.metrics().mass * 20);  // it was stopped
       }
     }
   }
 }
 
 TEST_CASE("what a thin plate takes from the snow is in its force", "[physics]") {
-  SimulationSetup setup = thrown_at(plate(Vec3(0, 0.3 * kDx, 0), Vec3(2, 0.1 * kDx, 2)), 8);
-  Simulation simulation(best_kernels(), setup);
+  SolverSetup setup = thrown_at(plate(Vec3(0, 0.3 * kDx, 0), Vec3(2, 0.1 * kDx, 2)), 8);
+  Solver simulation(best_kernels(), setup);
   const Metrics start = simulation.metrics();
   simulation.advance_to(0.02);
   const Metrics end = simulation.metrics();
-  const Vec3 given = end.momentum - start.momentum - 0.02 * end.mass * setup.gravity;
+  const Vec3 given = vec(end.momentum) - vec(start.momentum) - 0.02 * end.mass * setup.gravity;
   CHECK(given.y() > 0.5 * start.mass * 8);
-  CHECK((0.02 * end.contacts.at(0).force - given).norm() < 1e-3 * given.norm());
+  CHECK((0.02 * vec(end.contacts.at(0).force) - given).norm() < 1e-3 * given.norm());
 }
 
 TEST_CASE("a thin blade sweeps a channel clean: nothing goes through it", "[physics][figure]") {
   Curve curve("thin_blade", "series,time_s,cells_above");
-  SimulationSetup setup;
+  SolverSetup setup;
   setup.dx = kDx;
   setup.colliders.push_back(plane(Vec3(0, 0.5 * kDx, 0), Vec3(0, 1, 0), Contact::separating, 0.2));
   setup.colliders.push_back(plane(Vec3(0, 0, -3.5 * kDx), Vec3(0, 0, 1), Contact::slip, 0));
@@ -88,7 +89,7 @@ TEST_CASE("a thin blade sweeps a channel clean: nothing goes through it", "[phys
   blade.motion = Motion({{0, Vec3::Zero(), Mat3::Identity()}, {0.1, Vec3(0.3, 0, 0), Mat3::Identity()}},
                         blade.shape.pose.translation);
   setup.colliders.push_back(blade);
-  Simulation simulation(best_kernels(), setup);
+  Solver simulation(best_kernels(), setup);
   for (int frame = 1; frame <= 10; ++frame) {
     simulation.advance_to(0.01 * frame);
     const Shape now{blade.shape.form, blade.motion.pose(blade.shape.pose, simulation.time())};
@@ -96,13 +97,13 @@ TEST_CASE("a thin blade sweeps a channel clean: nothing goes through it", "[phys
     REQUIRE(gone < 0);
     curve.add("blade of 0.2 cells", {simulation.time(), -gone / kDx});
   }
-  CHECK(simulation.metrics().momentum.x() > 0.3 * simulation.metrics().mass);
+  CHECK(vec(simulation.metrics().momentum).x() > 0.3 * simulation.metrics().mass);
 }
 
 TEST_CASE("with thin colliders the bits are the same for any number of threads on v3 and v4", "[physics]") {
   std::uint64_t expected = 0;
   with_kernels_and_threads({1, 3}, [&](const kernels::KernelTable& table) {
-    Simulation simulation(table, thrown_at(plate(Vec3(0, 0.3 * kDx, 0), Vec3(2, 0.1 * kDx, 2)), 8));
+    Solver simulation(table, thrown_at(plate(Vec3(0, 0.3 * kDx, 0), Vec3(2, 0.1 * kDx, 2)), 8));
     simulation.advance_to(0.03);
     if (expected == 0) expected = simulation.state_hash();
     CHECK(simulation.state_hash() == expected);

@@ -34,7 +34,7 @@ double angle(const Mat3& a, const Mat3& b) {  // between two rotations, rad
 }
 
 Mat3 turn_of(const Snapshot& s, std::size_t i) {
-  return unpack_rotation({s.turn[0][i], s.turn[1][i], s.turn[2][i]}).cast<double>();
+  return unpack_rotation({s.rotation[0][i], s.rotation[1][i], s.rotation[2][i]}).cast<double>();
 }
 
 // rad, root of the mean square over the particles: how far their turn is from the rotation that carries the
@@ -47,10 +47,11 @@ double turn_error(const Snapshot& before, const Snapshot& after, double near) {
   for (std::size_t i = 0; i < before.size(); i += 7) {
     Mat3 moved = Mat3::Zero();
     for (std::size_t j = 0; j < before.size(); ++j) {
-      const Vec3 was = before.world_position(j) - before.world_position(i);
+      const Vec3 was = vec(before.world_position(j)) - vec(before.world_position(i));
       if (was.norm() > near) continue;
-      moved += (after.world_position(where[before.id[j]]) - after.world_position(where[before.id[i]])) *
-               was.transpose();
+      moved +=
+          (vec(after.world_position(where[before.id[j]])) - vec(after.world_position(where[before.id[i]]))) *
+          was.transpose();
     }
     const double error = angle(nearest_rotation(moved), turn_of(after, where[before.id[i]]));
     sum += error * error;
@@ -74,9 +75,10 @@ Rates rates(const Snapshot& now, const Snapshot& later, double near) {
   for (std::size_t i = 0; i < now.size(); i += 5) {
     Mat3 spread = Mat3::Zero(), shear = Mat3::Zero();
     for (std::size_t j = 0; j < now.size(); ++j) {
-      const Vec3 x = now.world_position(j) - now.world_position(i);
+      const Vec3 x = vec(now.world_position(j)) - vec(now.world_position(i));
       if (x.norm() > near) continue;
-      const Vec3 v(now.v[0][j] - now.v[0][i], now.v[1][j] - now.v[1][i], now.v[2][j] - now.v[2][i]);
+      const Vec3 v(now.velocity[0][j] - now.velocity[0][i], now.velocity[1][j] - now.velocity[1][i],
+                   now.velocity[2][j] - now.velocity[2][i]);
       spread += x * x.transpose();
       shear += v * x.transpose();
     }
@@ -126,14 +128,14 @@ TEST_CASE("the polar rotation is the nearest one, and six bytes hold it to 1.1e-
 }
 
 TEST_CASE("particles of a spinning elastic ball turn with it", "[light]") {
-  SimulationSetup setup;
+  SolverSetup setup;
   setup.dx = 0.02;
   setup.gravity = Vec3::Zero();
   setup.snow.push_back(ball(Vec3::Zero(), 0.1, setup.dx, elastic(), Vec3::Zero()));
   const Vec3 omega = Vec3(3, -8, 5);
   for (std::size_t i = 0; i < setup.snow[0].position.size(); ++i)
     setup.snow[0].velocity[i] = omega.cross(setup.snow[0].position[i]);
-  Simulation simulation(best_kernels(), setup);
+  Solver simulation(best_kernels(), setup);
   Snapshot before, after;
   simulation.snapshot(before);
   simulation.advance_to(0.2);
@@ -145,7 +147,7 @@ TEST_CASE("particles of a spinning elastic ball turn with it", "[light]") {
 
 TEST_CASE("particles turn with snow that yields as it rolls and falls apart", "[light]") {
   for (const char* name : {"wet", "fresh", "powder"}) {
-    SimulationSetup setup;
+    SolverSetup setup;
     setup.dx = 0.03;
     setup.gravity = 9.81 * Vec3(0.5, -0.866, 0);
     PlacedSnow snow = ball(Vec3(0, 0.16, 0), 0.15, setup.dx, find_preset(name).material, Vec3(1.5, 0, 0));
@@ -153,7 +155,7 @@ TEST_CASE("particles turn with snow that yields as it rolls and falls apart", "[
       snow.velocity[i] += Vec3(0, 0, -10).cross(snow.position[i] - Vec3(0, 0.16, 0));
     setup.snow.push_back(std::move(snow));
     setup.colliders.push_back(plane(Vec3::Zero(), Vec3(0, 1, 0), Contact::separating, 1.0));
-    Simulation simulation(best_kernels(), setup);
+    Solver simulation(best_kernels(), setup);
     Snapshot before, after, later;
     simulation.snapshot(before);
     simulation.advance_to(0.3);

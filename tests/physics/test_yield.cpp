@@ -25,14 +25,14 @@ double energy(const Metrics& m) { return m.kinetic_energy + m.elastic_energy + m
 // with steps of `part` of the automatic dt. Infinite when it blows up. packing: Jp at the start.
 double growth(const Material& material, float packing, double speed, double time, double part,
               const std::function<void(const Metrics&)>& see = {}) {
-  SimulationSetup setup;
+  SolverSetup setup;
   setup.dx = 0.01;
   setup.sleep = false;
   setup.check_energy_bound = false;
   setup.snow.push_back(ball(Vec3(0, 0.06, 0), 0.05, setup.dx, material, Vec3(0, -speed, 0)));
   setup.snow[0].packing.assign(setup.snow[0].position.size(), packing);
   setup.colliders.push_back(plane(Vec3::Zero(), Vec3(0, 1, 0), Contact::separating, 0.3));
-  Simulation simulation(best_kernels(), setup);
+  Solver simulation(best_kernels(), setup);
   const double start = energy(simulation.metrics());
   double most = 0;
   try {
@@ -52,8 +52,8 @@ double growth(const Material& material, float packing, double speed, double time
 }
 
 // Snow between frictionless rollers, as deep as `cells`, its foot on a sticky plane through the first nodes.
-SimulationSetup deep_snow(double dx, int cells) {
-  SimulationSetup setup;
+SolverSetup deep_snow(double dx, int cells) {
+  SolverSetup setup;
   setup.dx = dx;
   setup.sleep = false;
   setup.snow.push_back(fill(Vec3(0.5, 0.5, 0.5) * dx, Vec3(2.5, cells + 0.5, 2.5) * dx, dx, 2, Material{}));
@@ -69,19 +69,19 @@ SimulationSetup deep_snow(double dx, int cells) {
 // Distance from the plane of contact (m) and density (kg/m^3) of all particles of two balls, 12 ms after they
 // meet; nearest first.
 std::vector<std::pair<double, float>> met_balls(double dx) {
-  SimulationSetup setup;
+  SolverSetup setup;
   setup.dx = dx;
   setup.gravity = Vec3::Zero();
   const double radius = 0.06;
   setup.snow.push_back(ball(Vec3(-0.065, 0, 0), radius, setup.dx, Material{}, Vec3(4, 0, 0)));
   setup.snow.push_back(ball(Vec3(0.065, 0, 0), radius, setup.dx, Material{}, Vec3(-4, 0, 0)));
-  Simulation simulation(best_kernels(), setup);
+  Solver simulation(best_kernels(), setup);
   simulation.advance_to(0.012);
   Snapshot snow;
   simulation.snapshot(snow);
   std::vector<std::pair<double, float>> along;
   for (std::size_t i = 0; i < snow.size(); ++i)
-    along.emplace_back(std::abs(snow.world_position(i).x()), snow.density[i]);
+    along.emplace_back(std::abs(vec(snow.world_position(i)).x()), snow.density[i]);
   std::sort(along.begin(), along.end());
   return along;
 }
@@ -133,13 +133,13 @@ TEST_CASE("twice the automatic dt makes energy in an elastic impact, which the a
 
 TEST_CASE("a closed system of snow that yields never has more energy than at its start",
           "[physics][figure]") {
-  SimulationSetup setup;
+  SolverSetup setup;
   setup.dx = 0.01;
   setup.gravity = Vec3::Zero();
   setup.sleep = false;
   setup.snow.push_back(ball(Vec3(-0.06, 0, 0), 0.05, setup.dx, Material{}, Vec3(5, 1, 0)));
   setup.snow.push_back(ball(Vec3(0.06, 0.02, 0), 0.05, setup.dx, Material{}, Vec3(-5, 0, 0.5)));
-  Simulation simulation(best_kernels(), setup);
+  Solver simulation(best_kernels(), setup);
   const double start = energy(simulation.metrics());
   double most = 0, last = start;
   Curve curve("closed_collision", "series,time_s,energy");
@@ -156,12 +156,12 @@ TEST_CASE("a closed system of snow that yields never has more energy than at its
 
 TEST_CASE("snow that falls on the ground never has more energy than it was dropped with",
           "[physics][figure]") {
-  SimulationSetup setup;
+  SolverSetup setup;
   setup.dx = 0.01;
   setup.sleep = false;
   setup.snow.push_back(ball(Vec3(0, 0.06, 0), 0.05, setup.dx, Material{}, Vec3(0, -4, 0)));
   setup.colliders.push_back(plane(Vec3::Zero(), Vec3(0, 1, 0), Contact::separating, 0.3));
-  Simulation simulation(best_kernels(), setup);
+  Solver simulation(best_kernels(), setup);
   const double start = energy(simulation.metrics());
   double most = 0, last = start;
   Curve curve("closed_fall", "series,time_s,energy");
@@ -204,10 +204,10 @@ TEST_CASE("two balls that meet are packed where they met, not on their far sides
 
 TEST_CASE("snow under its own weight yields from the depth where theta_c is reached", "[physics][figure]") {
   const double dx = 1. / 32, g = 9.81;
-  SimulationSetup setup = deep_snow(dx, 44);
+  SolverSetup setup = deep_snow(dx, 44);
   const Material material;
   const ElasticModuli moduli = elastic_moduli(material);
-  Simulation::State state(best_kernels(), std::move(setup));
+  Solver::State state(best_kernels(), std::move(setup));
   place_particles(state);
   state.rebuild_grid();
   state.summarise();
@@ -257,7 +257,7 @@ TEST_CASE("the work of a plate that packs snow slowly is elastic energy and plas
   for (const Material& material : materials) {
     constexpr double kDx = 0.02, kTime = 0.5;
     constexpr int kCells = 12;
-    SimulationSetup setup = deep_snow(kDx, kCells);
+    SolverSetup setup = deep_snow(kDx, kCells);
     setup.gravity = Vec3::Zero();
     setup.snow[0].material = material;
     Collider plate;
@@ -267,14 +267,14 @@ TEST_CASE("the work of a plate that packs snow slowly is elastic energy and plas
     plate.friction = 0;
     plate.motion = Motion({{0, Vec3::Zero(), Mat3::Identity()}, {kTime, way, Mat3::Identity()}}, top);
     setup.colliders.push_back(plate);
-    Simulation simulation(best_kernels(), setup);
+    Solver simulation(best_kernels(), setup);
     Metrics m;
     double work = 0;
     const int frames = 50;
     for (int frame = 1; frame <= frames; ++frame) {
       simulation.advance_to(kTime * frame / frames);
       m = simulation.metrics();
-      work += m.contacts.back().force.dot(way) / frames;  // the mean force, at an even speed
+      work += vec(m.contacts.back().force).dot(way) / frames;  // the mean force, at an even speed
       if (&material != materials) continue;
       curve.add("fresh", {m.time, work, m.elastic_energy, m.plastic_work});
     }
@@ -298,14 +298,14 @@ TEST_CASE(
   std::vector<Case> cases = {{"elastic", false, 0.01}, {"snow", true, 0.01}};
   if (makes_figures()) cases.push_back({"snow, half the cell", true, 0.005});
   for (const auto& [series, plastic, dx] : cases) {
-    SimulationSetup setup;
+    SolverSetup setup;
     setup.dx = dx;
     setup.gravity = Vec3::Zero();
     setup.sleep = false;
     const Material material = plastic ? Material{} : elastic();
     setup.snow.push_back(ball(Vec3(-0.06, 0, 0), 0.05, setup.dx, material, Vec3(5, 0, 0)));
     setup.snow.push_back(ball(Vec3(0.06, 0.02, 0), 0.05, setup.dx, material, Vec3(-5, 0, 0)));
-    Simulation simulation(best_kernels(), setup);
+    Solver simulation(best_kernels(), setup);
     const Metrics before = simulation.metrics();
     const double start = energy(before);
     double last = 0, least = INFINITY, most = 0;  // of what is left of the balance, over `start`
@@ -316,8 +316,8 @@ TEST_CASE(
       last = m.plastic_work;
       const double numerical = (start - energy(m) - m.plastic_work) / start;
       curve.add(series, {m.time, m.kinetic_energy, m.elastic_energy, m.plastic_work, numerical * start,
-                         (m.momentum - before.momentum).norm() / (before.mass * 5)});
-      CHECK((m.momentum - before.momentum).norm() < 1e-5 * before.mass * 5);
+                         (vec(m.momentum) - vec(before.momentum)).norm() / (before.mass * 5)});
+      CHECK((vec(m.momentum) - vec(before.momentum)).norm() < 1e-5 * before.mass * 5);
       least = std::min(least, numerical);
       most = std::max(most, numerical);
     }
@@ -332,11 +332,11 @@ TEST_CASE(
 TEST_CASE("yielding never makes energy: the plastic work of every preset only grows", "[physics]") {
   for (const Preset& preset : presets()) {
     INFO(preset.name);
-    SimulationSetup setup;
+    SolverSetup setup;
     setup.dx = 0.02;
     setup.snow.push_back(ball(Vec3(0, 0.12, 0), 0.1, setup.dx, preset.material, Vec3(0, -6, 0)));
     setup.colliders.push_back(plane(Vec3::Zero(), Vec3(0, 1, 0), Contact::separating, 0.3));
-    Simulation simulation(best_kernels(), setup);
+    Solver simulation(best_kernels(), setup);
     const double start = energy(simulation.metrics());
     double last = 0;
     for (int frame = 1; frame <= 60; ++frame) {

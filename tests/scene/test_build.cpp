@@ -17,7 +17,7 @@ using firn::test::read;
 TEST_CASE("the ground is a level half space that is felt and seen") {
   const SceneConfig scene =
       read(kBall + "[ground]\nheight = 0.25\nfriction = 0.7\nsurface = \"a\"\n[[surface]]\nname = \"a\"");
-  const SimulationSetup simulation = build_simulation(scene);
+  const SolverSetup simulation = build_simulation(scene);
   REQUIRE(simulation.colliders.size() == 1);
   CHECK(simulation.colliders[0].friction == 0.7);
   CHECK(signed_distance(simulation.colliders[0].shape, Vec3(9, 1, 9)) == Approx(0.75));
@@ -79,7 +79,7 @@ TEST_CASE("invisible colliders are felt and not seen, objects are seen and not f
 }
 
 TEST_CASE("a domain is a box about the middle of its corners") {
-  const SimulationSetup setup = build_simulation(
+  const SolverSetup setup = build_simulation(
       read(kBall +
            "[simulation]\ndomain_min = [-1, -2, -1]\ndomain_max = [1, 2, 1]\ndomain_rotation = [0, 0, 90]"));
   REQUIRE(setup.domain);
@@ -90,7 +90,7 @@ TEST_CASE("a domain is a box about the middle of its corners") {
 TEST_CASE("the grid follows a domain that is turned, and stays the world's in one that is not") {
   const std::string box = "[simulation]\ndomain_min = [-1, -2, -1]\ndomain_max = [3, 2, 1]\n";
   CHECK_FALSE(build_simulation(read(kBall + box)).frame);
-  const SimulationSetup setup = build_simulation(read(kBall + box + "domain_rotation = [0, 0, -30]"));
+  const SolverSetup setup = build_simulation(read(kBall + box + "domain_rotation = [0, 0, -30]"));
   REQUIRE(setup.frame);
   CHECK((setup.frame->to_world(Vec3::Zero()) - Vec3(1, 0, 0)).norm() < 1e-12);
   CHECK((setup.frame->rotation * Vec3::UnitX() - Vec3(std::sqrt(0.75), -0.5, 0)).norm() < 1e-12);
@@ -134,7 +134,7 @@ TEST_CASE("files are found beside the scene file and a resolved scene finds them
                    "[[snow]]\nshape = \"mesh\"\nfile = \"tetra.obj\"\nscale = 2\noffset = [0, 3, "
                    "0]\n[simulation]\ndx = 0.2\n"
                    "[[collider]]\nshape = \"height_field\"\nfile = \"hill.pgm\"\nextent = [4, 1, 4]\n");
-  const SimulationSetup setup = build_simulation(read_scene(path, {}));
+  const SolverSetup setup = build_simulation(read_scene(path, {}));
   CHECK(setup.snow[0].particle_volume * static_cast<double>(setup.snow[0].position.size()) ==
         Approx(8.0 / 6));
   CHECK(signed_distance(setup.colliders[0].shape, Vec3(0, 2, 0)) == Approx(1));

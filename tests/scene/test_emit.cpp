@@ -37,7 +37,7 @@ double least_distance(const std::vector<Vec3>& points, double cell) {
 
 const Shape kBall{Ball{1.0}, {Mat3::Identity(), Vec3(3, -2, 5)}};
 
-SimulationSetup build(const std::string& text) { return build_simulation(read(text)); }
+SolverSetup build(const std::string& text) { return build_simulation(read(text)); }
 
 double total_mass(const PlacedSnow& snow) {
   return snow.particle_mass() * static_cast<double>(snow.position.size());

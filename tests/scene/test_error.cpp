@@ -248,7 +248,7 @@ TEST_CASE(
   const Vec3 body_at(0, 0.15, 0), head_at(0, 0.4, 0);
   for (const bool head_first : {false, true}) {
     const std::string first = head_first ? head : body, second = head_first ? body : head;
-    const SimulationSetup both = built(first + trimmed + second + trimmed);
+    const SolverSetup both = built(first + trimmed + second + trimmed);
     const PlacedSnow &b = both.snow[head_first ? 1 : 0], &h = both.snow[head_first ? 0 : 1];
     CHECK(count_in(head_first ? b : h, head_first ? head_at : body_at, head_first ? 0.12 : 0.2) == 0);
     CHECK(count_in(head_first ? h : b, head_first ? body_at : head_at, head_first ? 0.2 : 0.12) > 50);
@@ -261,7 +261,7 @@ TEST_CASE(
     CHECK(b.particle_volume == Approx(std::pow(spacing, 3)).epsilon(0.02));
   }
   // Snow that is not trimmed keeps all, wherever it stands.
-  const SimulationSetup one = built(head + trimmed + body + "allow_overlap = true\n");
+  const SolverSetup one = built(head + trimmed + body + "allow_overlap = true\n");
   CHECK(count_in(one.snow[0], body_at, 0.2) == 0);
   CHECK(count_in(one.snow[1], head_at, 0.12) > 50);
   CHECK_REFUSES(

@@ -14,7 +14,7 @@ SceneConfig read_file(const std::string& name, bool quick) {
   return read_scene(FIRN_SOURCE_ROOT "/scenes/" + name + ".toml", {quick, {}});
 }
 
-std::size_t particles(const SimulationSetup& setup) {
+std::size_t particles(const SolverSetup& setup) {
   std::size_t count = 0;
   for (const PlacedSnow& snow : setup.snow) count += snow.position.size();
   return count;
@@ -94,7 +94,7 @@ TEST_CASE("the slice of broken_snowball_2d is one cell thick and lies between it
 }
 
 TEST_CASE("the parts of the boot of boot_print keep together") {
-  const SimulationSetup setup = build_simulation(read_file("boot_print", true));
+  const SolverSetup setup = build_simulation(read_file("boot_print", true));
   const Collider& sole = setup.colliders[1];
   for (std::size_t i = 2; i < setup.colliders.size(); ++i) {
     const Collider& part = setup.colliders[i];

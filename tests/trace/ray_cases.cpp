@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "src/core/rng.h"
+#include "tests/points.h"
 
 namespace firn::test {
 namespace {
@@ -80,31 +81,27 @@ std::string complaint(const char* what, std::size_t ray, std::size_t ball, doubl
 }  // namespace
 
 void add_particle(Snapshot& snapshot, const Vec3& world, double spacing) {
-  const Vec3 p = world - snapshot.origin;
-  for (int a = 0; a < 3; ++a) {
-    snapshot.x[a].push_back(static_cast<float>(p[a]));
-    snapshot.v[a].push_back(0);
-  }
-  snapshot.density.push_back(300);
-  snapshot.volume0.push_back(static_cast<float>(spacing * spacing * spacing));
-  snapshot.id.push_back(static_cast<std::uint32_t>(snapshot.id.size()));
-  for (auto& turn : snapshot.turn) turn.push_back(0);
-  snapshot.object.push_back(0);
+  const Vec3 p = world - vec(snapshot.origin);
+  const std::size_t i = snapshot.size();
+  snapshot = resized(snapshot, i + 1);
+  for (int a = 0; a < 3; ++a) snapshot.position[a][i] = static_cast<float>(p[a]);
+  snapshot.density[i] = 300;
+  snapshot.volume0[i] = static_cast<float>(spacing * spacing * spacing);
+  snapshot.id[i] = static_cast<std::uint32_t>(i);
 }
 
 Snapshot cloud(std::size_t count, std::uint64_t seed, double uneven) {
-  Snapshot snapshot;
-  snapshot.dx = 2;
+  Points points(2);
   const double half = 0.5 * std::cbrt(static_cast<double>(count)) * 1.2;
   for (std::size_t i = 0; i < count; ++i) {
-    add_particle(snapshot, half * in_cube(seed, i, 0), 1 + (uneven - 1) * uniform(seed, i, 9));
+    const double spacing = 1 + (uneven - 1) * uniform(seed, i, 9);
+    points.add(half * in_cube(seed, i, 0), spacing * spacing * spacing);
   }
-  return snapshot;
+  return points.snapshot();
 }
 
 Snapshot lattice_ball(double radius, const Vec3& center, double jitter) {
-  Snapshot snapshot;
-  snapshot.dx = 2;
+  Points points(2);
   const int n = static_cast<int>(std::ceil(radius));
   std::uint64_t count = 0;
   for (int x = -n; x <= n; ++x) {
@@ -115,11 +112,11 @@ Snapshot lattice_ball(double radius, const Vec3& center, double jitter) {
         for (int a = 0; a < 3; ++a)
           p[a] += jitter * (2 * uniform(5, count, static_cast<std::uint64_t>(a)) - 1);
         ++count;
-        add_particle(snapshot, p, 1);
+        points.add(p, 1);
       }
     }
   }
-  return snapshot;
+  return points.snapshot();
 }
 
 RayStream make_rays(const RenderGrid& grid, RayKind kind, std::size_t count, std::uint64_t seed) {

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "firn/snapshot.h"
 #include "kernels/reference/trace.h"
 #include "kernels/table.h"
 #include "src/core/isa.h"
-#include "src/particles/snapshot.h"
 #include "src/render/columns/ray_stream.h"
 #include "src/render/snow/render_grid.h"
 

@@ -22,7 +22,7 @@ TEST_CASE("bench scenes have the particles they were asked for, the same in eith
     REQUIRE(blocks.size() == lattice.size());
     REQUIRE(blocks.id != lattice.id);
     for (std::size_t i = 0; i < blocks.size(); ++i) {
-      for (int a = 0; a < 3; ++a) REQUIRE(blocks.x[a][i] == lattice.x[a][blocks.id[i]]);
+      for (int a = 0; a < 3; ++a) REQUIRE(blocks.position[a][i] == lattice.position[a][blocks.id[i]]);
     }
   }
   CHECK_THROWS_AS(trace_scene("cone", "blocks", 1000), Error);

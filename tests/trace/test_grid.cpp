@@ -37,7 +37,7 @@ TEST_CASE("the grid holds every particle once, at its place") {
     const std::uint32_t original = grid.snapshot_index(i);
     seen.push_back(original);
     const Vec3 world = grid.origin() + grid.center(i).cast<double>();
-    REQUIRE((world - snapshot.world_position(original)).norm() < 1e-5);
+    REQUIRE((world - vec(snapshot.world_position(original))).norm() < 1e-5);
   }
   std::sort(seen.begin(), seen.end());
   std::vector<std::uint32_t> all(3000);
@@ -105,7 +105,7 @@ TEST_CASE("a particle that is nowhere is refused as unstable, by its id") {
   Snapshot snapshot = cloud(10, 9);
   snapshot.id[4] = 1234;
   for (const float bad : {std::nanf(""), INFINITY, -INFINITY}) {
-    snapshot.x[1][4] = bad;
+    snapshot.position[1][4] = bad;
     RenderGrid grid(best_trace());
     try {
       grid.build(snapshot, {SnowLook{}});

@@ -257,7 +257,7 @@ TEST_CASE("in spheres the snow is its density within the balls") {
 
 TEST_CASE("where objects differ in density and grains, each has the extinction of its own") {
   Snapshot snapshot = lattice_ball(8);
-  for (std::size_t i = 0; i < snapshot.size(); ++i) snapshot.object[i] = snapshot.x[0][i] > 0;
+  for (std::size_t i = 0; i < snapshot.size(); ++i) snapshot.object[i] = snapshot.position[0][i] > 0;
   const std::vector<SnowLook> looks = {look_of(0.4, 150), look_of(3, 500)};
   const Scene scene(std::move(snapshot), looks);
   const auto along_y = [&](double x, double to) {

@@ -176,7 +176,7 @@ TEST_CASE("the mass that light meets is that of points inside the surface or a b
 
 TEST_CASE("no density in a cell is above its majorant, and snow of two densities has both") {
   Snapshot snapshot = lattice_ball(8);
-  for (std::size_t i = 0; i < snapshot.size(); ++i) snapshot.object[i] = snapshot.x[0][i] > 0;
+  for (std::size_t i = 0; i < snapshot.size(); ++i) snapshot.object[i] = snapshot.position[0][i] > 0;
   SnowLook light, heavy;
   light.density = 100;
   heavy.density = 500;

@@ -169,7 +169,7 @@ void PreviewTile::find_glints() {
     const Point& point = points_[brings.point];
     const std::uint32_t particle = view_.grid.snapshot_index(point.sorted);
     id_[s] = view_.snapshot.id[particle];
-    for (int a = 0; a < 3; ++a) turn_[a][s] = view_.snapshot.turn[a][particle];
+    for (int a = 0; a < 3; ++a) turn_[a][s] = view_.snapshot.rotation[a][particle];
     local_.set(s, point.p - view_.grid.center(point.sorted));
     smooth_.set(s, point.smooth), back_.set(s, point.back), light_.set(s, brings.light.direction);
     light_chord_[s] = 0.5f * cone_of(brings.light);

@@ -32,7 +32,7 @@ struct Statistics {
 std::size_t find_bad(const Snapshot& snapshot, std::size_t begin, std::size_t end) {
   for (std::size_t i = begin; i < end; ++i) {
     float sum = std::fabs(snapshot.volume0[i]);
-    for (const auto& column : snapshot.x) sum += std::fabs(column[i]);
+    for (std::size_t a = 0; a < 3; ++a) sum += std::fabs(snapshot.position[a][i]);
     if (!(sum <= kFarthest)) return i;
   }
   return SIZE_MAX;
@@ -46,15 +46,15 @@ Statistics measure(const kernels::TraceKernels& kernels, const Snapshot& snapsho
   const kernels::Extent volume = kernels.extent(snapshot.volume0.data(), begin, end);
   bool sound = volume.finite;
   for (int a = 0; a < 3; ++a) {
-    const kernels::Extent along = kernels.extent(snapshot.x[a].data(), begin, end);
+    const kernels::Extent along = kernels.extent(snapshot.position[a].data(), begin, end);
     low[a] = along.low;
     high[a] = along.high;
     sound = sound && along.finite && std::max(-along.low, along.high) <= kFarthest;
   }
   if (!sound) part.bad = find_bad(snapshot, begin, end);
   if (part.bad != SIZE_MAX) return part;
-  part.bounds.include(snapshot.origin + low);
-  part.bounds.include(snapshot.origin + high);
+  part.bounds.include(vec(snapshot.origin) + low);
+  part.bounds.include(vec(snapshot.origin) + high);
   std::uint16_t others = 0;
   for (std::size_t i = begin; i < end; ++i)
     others = static_cast<std::uint16_t>(others | (snapshot.object[i] ^ snapshot.object[begin]));
@@ -97,7 +97,8 @@ Bounds trim(const Snapshot& snapshot, const Bounds& all, double spacing) {
   const std::size_t count = snapshot.size(), beyond = std::min<std::size_t>(count / 100, 128);
   Bounds kept = all;
   for (int a = 0; a < 3; ++a) {
-    std::vector<float> column = snapshot.x[a];
+    const auto along = snapshot.position[a];
+    std::vector<float> column(along.begin(), along.end());
     const auto low = column.begin() + static_cast<std::ptrdiff_t>(beyond);
     const auto high = column.begin() + static_cast<std::ptrdiff_t>(count - 1 - beyond);
     std::nth_element(column.begin(), low, column.end());
@@ -150,7 +151,7 @@ GridLayout lay_out_grid(const kernels::TraceKernels& kernels, const Snapshot& sn
   const std::size_t count = snapshot.size();
   GridLayout layout;
   layout.sizes = BallSizes(looks);
-  layout.origin = snapshot.origin;
+  layout.origin = vec(snapshot.origin);
   std::vector<Statistics> parts((count + kParticleChunk - 1) / kParticleChunk);
   parallel_chunks(count, kParticleChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
     parts[chunk] = measure(kernels, snapshot, layout.sizes, begin, end);

@@ -6,8 +6,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "firn/snapshot.h"
 #include "kernels/trace/table.h"
-#include "src/particles/snapshot.h"
 #include "src/render/setup.h"
 
 namespace firn {
@@ -50,7 +50,8 @@ struct GridLayout {
   bool radii_fit = true;  // no ball is too large for the cells
 
   Vec3f local(const Snapshot& snapshot, std::size_t i) const {
-    return {snapshot.x[0][i] + shift[0], snapshot.x[1][i] + shift[1], snapshot.x[2][i] + shift[2]};
+    return {snapshot.position[0][i] + shift[0], snapshot.position[1][i] + shift[1],
+            snapshot.position[2][i] + shift[2]};
   }
   // The largest radius that a ball in the cells may have, m.
   float largest_radius() const;

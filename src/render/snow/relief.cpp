@@ -51,7 +51,7 @@ Snapshot with_relief(const Snapshot& snapshot, int detail) {
   out.resize(snapshot.size() * static_cast<std::size_t>(parts));
   parallel_for(snapshot.size(), 256, [&](std::size_t i) {
     const Eigen::Matrix3f turn =
-        unpack_rotation({snapshot.turn[0][i], snapshot.turn[1][i], snapshot.turn[2][i]});
+        unpack_rotation({snapshot.rotation[0][i], snapshot.rotation[1][i], snapshot.rotation[2][i]});
     const auto spacing = static_cast<float>(portable_cbrt(snapshot.volume0[i]));
     float weights = 0;
     for (int k = 0; k < parts; ++k) weights += part_of(snapshot.id[i], k, detail).weight;
@@ -60,9 +60,9 @@ Snapshot with_relief(const Snapshot& snapshot, int detail) {
       const Vec3f from = turn * (spacing * part.place);
       const std::size_t to = i * static_cast<std::size_t>(parts) + static_cast<std::size_t>(k);
       for (int a = 0; a < 3; ++a) {
-        out.x[a][to] = snapshot.x[a][i] + from[a];
-        out.v[a][to] = snapshot.v[a][i];
-        out.turn[a][to] = snapshot.turn[a][i];
+        out.position[a][to] = snapshot.position[a][i] + from[a];
+        out.velocity[a][to] = snapshot.velocity[a][i];
+        out.rotation[a][to] = snapshot.rotation[a][i];
       }
       out.density[to] = snapshot.density[i];
       out.volume0[to] = snapshot.volume0[i] * part.weight / weights;

@@ -5,7 +5,7 @@
 // which turns with it. All else, the surface, what scatters, glints, follows by itself: relief and grain come
 // with the finer cells, move with the snow, and cost what so many particles cost.
 #pragma once
-#include "src/particles/snapshot.h"
+#include "firn/snapshot.h"
 
 namespace firn {
 

@@ -66,7 +66,8 @@ void RenderGrid::open_view() {
 void RenderGrid::find_cells(const Snapshot& snapshot) {
   const std::size_t bricks = bricks_in_table();
   slot_.assign(bricks + 1, -kMaxClearance);  // the last for strays
-  const float* const position[3] = {snapshot.x[0].data(), snapshot.x[1].data(), snapshot.x[2].data()};
+  const float* const position[3] = {snapshot.position[0].data(), snapshot.position[1].data(),
+                                    snapshot.position[2].data()};
   parallel_chunks(snapshot.size(), kParticleChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
     kernels_.cell_codes(view_, position, layout_.shift, begin, end, code_);
     if (!layout_.radii_fit) {
@@ -130,7 +131,7 @@ void RenderGrid::sort_bricks(const Snapshot& snapshot) {
   cell_start_.resize(slots * kCellsPerBrick);
   std::vector<float> largest(slots, 0.f);
   const auto place = [&](std::uint32_t i, std::uint32_t s, BallSizes& sizes) {
-    for (int a = 0; a < 3; ++a) x_[a][s] = snapshot.x[a][i] + layout_.shift[a];
+    for (int a = 0; a < 3; ++a) x_[a][s] = snapshot.position[a][i] + layout_.shift[a];
     if (!radius_.empty()) radius_[s] = sizes.radius(snapshot, i);
   };
   parallel_chunks(slots, 16, [&](std::size_t, std::size_t first_slot, std::size_t last_slot) {

@@ -9,9 +9,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "firn/snapshot.h"
 #include "kernels/trace/table.h"
 #include "src/core/aligned.h"
-#include "src/particles/snapshot.h"
 #include "src/render/snow/grid_layout.h"
 
 namespace firn {

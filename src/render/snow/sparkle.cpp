@@ -92,7 +92,8 @@ float Sparkle::glints(const Look& look, std::uint32_t sorted, const Vec3f& p, co
                       const Vec3f& half, float light_chord, float footprint) const {
   const std::uint32_t particle = grid_.snapshot_index(sorted);
   const Eigen::Matrix3f back =
-      unpack_rotation({snapshot_.turn[0][particle], snapshot_.turn[1][particle], snapshot_.turn[2][particle]})
+      unpack_rotation(
+          {snapshot_.rotation[0][particle], snapshot_.rotation[1][particle], snapshot_.rotation[2][particle]})
           .transpose();
   const Vec3f at = back * (p - grid_.center(sorted)), n = back * normal, h = back * half;
   const float deep = look.facets.radius();

@@ -10,11 +10,13 @@
 #include <string>
 #include <vector>
 
+#include "firn/driver.h"
+#include "firn/metrics.h"
+#include "firn/snapshot.h"
 #include "src/core/vector.h"
 #include "src/geometry/keyframes.h"
 #include "src/geometry/shape.h"
 #include "src/mpm/material.h"
-#include "src/particles/snapshot.h"
 
 namespace firn::kernels {
 struct KernelTable;
@@ -47,7 +49,7 @@ struct PlacedSnow {
   double particle_mass() const { return particle_volume * material.density; }  // kg
 };
 
-struct SimulationSetup {
+struct SolverSetup {
   double dx = 0.01;                  // m
   Vec3 gravity = Vec3(0, -9.81, 0);  // m/s^2
   std::optional<double> fixed_dt;    // s; empty: adaptive
@@ -63,57 +65,37 @@ struct SimulationSetup {
   bool sleep = true;               // leave out snow that has come to rest
 };
 
-// What limits dt now, for people: "elastic wave (packed snow, 145 m/s)", "particle speed 3.2 m/s", ...
-struct TimeStep {
-  double dt = 0;  // s
-  std::string cause;
-};
-
-// What a collider does to the snow: N, the mean over the frame (from the last time that advance_to reached,
-// or over the last step()). Snow that sleeps counts with the force that carries it.
-struct ContactForce {
-  std::string collider;
-  Vec3 force = Vec3::Zero();
-};
-
-struct Metrics {
-  double time = 0;
-  std::uint64_t steps = 0;               // since the start of the run
-  std::uint64_t particle_steps = 0;      // without those of particles asleep
-  std::size_t particles = 0;             // still inside
-  std::size_t particles_left = 0;        // gone through the domain's boundary
-  std::size_t particles_asleep = 0;      // at rest and left out of the next step
-  double mass = 0;                       // kg
-  Vec3 momentum = Vec3::Zero();          // kg m/s
-  Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s about the world origin, with the APIC affine part
-  double kinetic_energy = 0;             // J
-  double elastic_energy = 0;             // J
-  double potential_energy = 0;           // J, -m g.x
-  double plastic_work = 0;               // J since the start: what yielding took from the elastic energy
-  double volume = 0;                     // m^3, sum of V0 * J
-  // kg/m^3, the density below which lie 5, 50 and 95 % of the mass. That of a particle is m / (V0 det F Jp).
-  double density_p05 = 0, density_p50 = 0, density_p95 = 0;
-  double front = 0;                    // m, x . front_direction below which lies 99 % of the mass
-  double max_speed = 0;                // m/s
-  Bounds bounds;                       // of particle centres
-  TimeStep step;                       // last step's dt and its cause
-  std::vector<ContactForce> contacts;  // one a collider, in the scene's order
-};
+inline Bounds bounds_of(const Metrics& metrics) {  // m, of particle centres
+  return {vec(metrics.bounds_min), vec(metrics.bounds_max)};
+}
 
 // The way that snow runs: down the steepest plane among the colliders, along it; +x where none is tilted.
-Vec3 front_direction(const SimulationSetup& setup);
+Vec3 front_direction(const SolverSetup& setup);
 
-class Simulation {
+class Solver {
  public:
   // Errors: usage Error when there are no particles, or a particle lies outside the addressable range.
-  Simulation(const kernels::KernelTable& kernels, SimulationSetup setup);
-  ~Simulation();
-  Simulation(Simulation&&) noexcept;
+  Solver(const kernels::KernelTable& kernels, SolverSetup setup);
+  ~Solver();
+  Solver(Solver&&) noexcept;
 
   // Steps until `time` (s) is reached exactly. Returns false if a stop was requested first (the state is then
   // between two steps and may be saved). Throws an unstable Error that names step, particle and likely cause.
   bool advance_to(double time, const std::stop_token& stop = {});
-  void step(double dt);  // one step; for tests and benches
+  double stable_advance();  // one step of the longest stable length, which is returned (s); errors as above
+  void step(double dt);     // one step; for tests and benches
+
+  // The collider with this index moves as the driver says, from where it is. Errors: usage Error if it has a
+  // motion of its own.
+  void drive(std::size_t collider, ColliderDriver driver);
+  std::vector<Collider> colliders_now() const;  // with their shapes where they are now, world space
+
+  // One more snow object, now, with ids that go on from the last; or its material alone, where it has no
+  // particles, for a state that is to be loaded. Errors: usage Error for a particle beyond the addressable
+  // range, or for too many; then nothing has changed.
+  void add(PlacedSnow snow);
+  // Takes out the particles with these ids. Returns how many there were.
+  std::size_t remove(const std::vector<std::uint32_t>& ids);
 
   double time() const;
   TimeStep stable_step() const;  // the dt that the next step would take at most
@@ -124,7 +106,8 @@ class Simulation {
   Metrics metrics() const;
   std::uint64_t state_hash() const;  // of every particle column, in id order
 
-  void snapshot(Snapshot& out) const;  // frame is left to the caller
+  // A copy in the same memory where it is large enough; `frame` is left to the caller.
+  void snapshot(Snapshot& out, const StateColumns& columns = {}) const;
 
   // The whole state, bit for bit: load(save(s)) continues as s would have.
   void save(std::ostream& out) const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "src/mpm/simulation.h"
+#include "src/mpm/solver.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,21 +9,22 @@
 
 namespace firn {
 
-Simulation::Simulation(const kernels::KernelTable& kernels, SimulationSetup setup)
+Solver::Solver(const kernels::KernelTable& kernels, SolverSetup setup)
     : state_(std::make_unique<State>(kernels, std::move(setup))) {
   place_particles(*state_);
   state_->rebuild_grid();
   state_->summarise();
 }
 
-Simulation::~Simulation() = default;
-Simulation::Simulation(Simulation&&) noexcept = default;
+Solver::~Solver() = default;
+Solver::Solver(Solver&&) noexcept = default;
 
-bool Simulation::advance_to(double time, const std::stop_token& stop) {
+bool Solver::advance_to(double time, const std::stop_token& stop) {
   State& s = *state_;
   if (s.time < time) s.forces.begin_if_complete(s.time);
   while (s.time < time) {
     if (stop.stop_requested()) return false;
+    s.ask_drivers();
     const TimeStep limit = stable_step();
     // The rest is cut into equal steps, so that none is tiny. A hair's breadth is no reason for one more.
     const double steps = std::max(1.0, std::ceil((time - s.time) / limit.dt - 1e-6));
@@ -36,35 +37,56 @@ bool Simulation::advance_to(double time, const std::stop_token& stop) {
   return true;
 }
 
-void Simulation::step(double dt) {
+void Solver::step(double dt) {
   if (!(dt > 0)) throw Error(ErrorCode::usage, "", "a step needs dt > 0");
+  state_->ask_drivers();
   state_->forces.begin_if_complete(state_->time);
   state_->checked_step(dt);
   state_->forces.complete = true;
 }
 
-void Simulation::State::checked_step(double dt) {
-  // What has blown up stays so: its particles may lie beyond the reach of their tiles and of a sort.
-  if (steps > 0) check_stability(last_step.dt);
+void Solver::State::checked_step(double dt) {
+  require_sound();
   last_stable_dt = stable_limit(*this).dt;
   last_step.dt = dt;
   step(dt);
 }
 
-double Simulation::time() const { return state_->time; }
+double Solver::stable_advance() {
+  state_->ask_drivers();
+  const TimeStep limit = stable_step();
+  state_->last_step.cause = limit.cause;
+  state_->forces.begin_if_complete(state_->time);
+  state_->checked_step(limit.dt);
+  state_->forces.complete = true;
+  return limit.dt;
+}
 
-TimeStep Simulation::stable_step() const {
+std::vector<Collider> Solver::colliders_now() const {
+  std::vector<Collider> colliders = state_->setup.colliders;
+  for (Collider& c : colliders) {
+    c.shape.pose = c.motion.pose(c.shape.pose, state_->time);
+    if (const auto& frame = state_->setup.frame) {
+      c.shape.pose = {frame->rotation * c.shape.pose.rotation, frame->to_world(c.shape.pose.translation)};
+    }
+  }
+  return colliders;
+}
+
+double Solver::time() const { return state_->time; }
+
+TimeStep Solver::stable_step() const {
   if (state_->setup.fixed_dt) return {*state_->setup.fixed_dt, "the scene's fixed dt"};
   return stable_limit(*state_);
 }
 
-std::size_t Simulation::particle_count() const { return state_->particles.size(); }
-std::size_t Simulation::grid_blocks() const { return state_->grid.size(); }
-std::uint64_t Simulation::particle_steps() const { return state_->particle_steps; }
+std::size_t Solver::particle_count() const { return state_->particles.size(); }
+std::size_t Solver::grid_blocks() const { return state_->grid.size(); }
+std::uint64_t Solver::particle_steps() const { return state_->particle_steps; }
 
-std::size_t Simulation::resident_bytes() const { return state_->resident_bytes(); }
+std::size_t Solver::resident_bytes() const { return state_->resident_bytes(); }
 
-std::size_t Simulation::State::resident_bytes() const {
+std::size_t Solver::State::resident_bytes() const {
   return particles.resident_bytes() + blocks.resident_bytes() + sorter.resident_bytes() +
          grid.resident_bytes() + summaries.capacity() * sizeof(kernels::BlockSummary) +
          active.resident_bytes() + held_dt.capacity() * sizeof(float) +

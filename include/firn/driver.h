@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+// Colliders whose motion a program decides step by step.
+#pragma once
+#include <functional>
+#include <string>
+
+#include "firn/vector.h"
+
+namespace firn {
+
+// A collider between two steps. World axes.
+struct DrivenCollider {
+  std::string name;
+  double time = 0;                // s, now
+  Vector3 position{};             // m, of the pivot: the place where its shape is put
+  Matrix3 rotation = kIdentity3;  // from how the shape was put
+  Vector3 velocity{};             // m/s, of the pivot during the last step
+  Vector3 angular_velocity{};     // rad/s
+  double dt = 0;                  // s, how long the last step was; 0: there was none
+  Vector3 force{};                // N, of the snow on the collider: the mean over the last step
+  Vector3 torque{};               // N m, about the pivot
+};
+
+// How the collider is to move during the next step.
+struct ColliderVelocity {
+  Vector3 linear{};   // m/s, of the pivot
+  Vector3 angular{};  // rad/s
+};
+
+using ColliderDriver = std::function<ColliderVelocity(const DrivenCollider&)>;
+
+}  // namespace firn

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+// In: what a program wants of a collider now. Out: a motion of two key frames for the coming step, so that
+// everything else sees one more collider that moves.
+#include "src/mpm/driven.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "firn/error.h"
+#include "src/mpm/state.h"
+
+namespace firn {
+
+namespace {
+
+constexpr double kMostTurn = 1;  // rad, in a step: between key frames a collider turns the short way
+
+MotionKey key_at(const Collider& collider, double time) {
+  const Vec3 pivot = collider.shape.pose.translation;
+  const Pose pose = collider.motion.pose({Mat3::Identity(), pivot}, time);
+  return {time, pose.translation - pivot, pose.rotation};
+}
+
+Matrix3 rows_of(const Mat3& m) {
+  Matrix3 rows;
+  for (int k = 0; k < 9; ++k) rows[static_cast<std::size_t>(k)] = m(k / 3, k % 3);
+  return rows;
+}
+
+DrivenCollider as_told(const Solver::State& s, const Driven& d, const MotionKey& now) {
+  const auto& frame = s.setup.frame;
+  const Collider& collider = s.setup.colliders[d.collider];
+  const Vec3 pivot = collider.shape.pose.translation + now.shift;
+  const Mat3 to_world = frame ? frame->rotation : Mat3(Mat3::Identity());
+  DrivenCollider out;
+  out.name = collider.name;
+  out.time = s.time;
+  out.position = array_of(point_in_world(frame, pivot));
+  out.rotation = rows_of(frame ? Mat3(to_world * now.rotation * to_world.transpose()) : now.rotation);
+  out.velocity = array_of(vector_in_world(frame, vec(d.velocity.linear)));
+  out.angular_velocity = array_of(vector_in_world(frame, vec(d.velocity.angular)));
+  out.dt = d.dt;
+  if (d.dt > 0) {
+    out.force = array_of(vector_in_world(frame, -d.last.linear / d.dt));
+    out.torque = array_of(vector_in_world(frame, -d.last.moment_about(pivot) / d.dt));
+  }
+  return out;
+}
+
+}  // namespace
+
+bool is_driven(const Solver::State& state, std::size_t collider) {
+  return std::any_of(state.driven.begin(), state.driven.end(),
+                     [&](const Driven& d) { return d.collider == collider; });
+}
+
+void Solver::State::ask_drivers() {
+  const double longest = setup.fixed_dt.value_or(setup.max_dt);  // s
+  for (Driven& d : driven) {
+    Collider& collider = setup.colliders[d.collider];
+    if (!d.driver) {
+      throw Error(ErrorCode::usage, "",
+                  "collider '" + collider.name +
+                      "' was driven when this state was saved: give its driver again before going on");
+    }
+    const MotionKey now = key_at(collider, time);
+    const ColliderVelocity wanted = d.driver(as_told(*this, d, now));
+    const Vec3 linear = vec(wanted.linear), angular = vec(wanted.angular);
+    if (!linear.allFinite() || !angular.allFinite()) {
+      throw Error(ErrorCode::usage, "",
+                  "the driver of collider '" + collider.name + "' returned a velocity that is not finite");
+    }
+    const Mat3 to_local = setup.frame ? Mat3(setup.frame->rotation.transpose()) : Mat3(Mat3::Identity());
+    d.velocity = {array_of(to_local * linear), array_of(to_local * angular)};
+    if (setup.fixed_dt && angular.norm() * longest > kMostTurn) {
+      throw Error(ErrorCode::usage, "",
+                  "the driver of collider '" + collider.name +
+                      "' turns it by more than 1 rad in a step of the fixed dt");
+    }
+    const double seconds = std::min(2 * longest, 2 * kMostTurn / angular.norm());
+    d.begin = now;
+    d.end = {time + seconds, now.shift + seconds * vec(d.velocity.linear),
+             rotation_by(seconds * vec(d.velocity.angular)) * now.rotation};
+    collider.motion = Motion({d.begin, d.end}, collider.shape.pose.translation);
+  }
+}
+
+void Solver::State::note_driven(double dt) {
+  for (Driven& d : driven) {
+    const Collider& collider = setup.colliders[d.collider];
+    d.dt = dt;
+    d.last = forces.impulse[d.collider] - d.before;
+    d.longest_way += way_where_snow_is(collider, reach, time, time + dt);
+    d.top_speed = std::max(d.top_speed, speed_where_snow_is(collider, reach, time, time + dt));
+  }
+}
+
+void Solver::drive(std::size_t index, ColliderDriver driver) {
+  State& s = *state_;
+  for (Driven& d : s.driven) {
+    if (d.collider == index) {
+      d.driver = std::move(driver);
+      return;
+    }
+  }
+  Collider& collider = s.setup.colliders.at(index);
+  if (!collider.motion.empty()) {
+    throw Error(ErrorCode::usage, "",
+                "collider '" + collider.name + "' has a motion of its own, so that it cannot be driven");
+  }
+  Driven d{index, std::move(driver), {}, {}, {}, 0, {}, {}, 0, 0};
+  d.begin = d.end = {s.time, Vec3::Zero(), Mat3::Identity()};
+  collider.motion = Motion({d.begin}, collider.shape.pose.translation);
+  s.driven.push_back(std::move(d));
+  s.grid.forget_contacts();
+  const kernels::BlockSummary seen = s.summary;
+  s.rebuild_grid();
+  s.summary = seen;
+}
+
+}  // namespace firn

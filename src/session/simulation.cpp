@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: MIT
+// firn::Simulation: a scene, the solver made of it, and threads of its own.
+#include "firn/simulation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <istream>
+#include <iterator>
+#include <ostream>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+#include "firn/error.h"
+#include "src/core/isa.h"
+#include "src/core/threads.h"
+#include "src/io/byte_stream.h"
+#include "src/io/file.h"
+#include "src/scene/add_snow.h"
+#include "src/scene/scene.h"
+
+namespace firn {
+namespace {
+
+constexpr std::string_view kMagic = "FIRNSIMU";
+constexpr std::uint32_t kVersion = 1;
+
+Solver make_solver(Threads& threads, const SimulationOptions& options, const SceneConfig& scene) {
+  return threads.run(
+      [&] { return Solver(choose_kernels(options.isa), build_simulation(scene, options.force)); });
+}
+
+// With the grid spacing that the simulation has, whatever snow is added.
+SceneConfig with_spacing(SceneConfig scene, double dx) {
+  scene.simulation.dx = dx;
+  scene.simulation.particles_across = std::nullopt;
+  return scene;
+}
+
+std::vector<std::string> collider_names(const SceneConfig& scene) {
+  std::vector<std::string> names;
+  if (scene.ground) names.push_back("ground");
+  for (const ColliderConfig& collider : scene.colliders) names.push_back(collider.name);
+  return names;
+}
+
+}  // namespace
+
+struct Simulation::State {
+  State(Scene made_of, const SceneConfig& config, const SimulationOptions& options)
+      : scene(std::move(made_of)),
+        dx(grid_spacing(config)),
+        placed(config.snow.size()),
+        threads(options.threads),
+        solver(make_solver(threads, options, config)) {}
+
+  Scene scene;         // with the snow that was added
+  double dx;           // m
+  std::size_t placed;  // snow objects at the start
+  Threads threads;
+  Solver solver;
+};
+
+Simulation::Simulation(const Scene& scene, const SimulationOptions& options)
+    : state_(std::make_unique<State>(scene, config_of(scene), options)) {}
+Simulation::Simulation(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+Simulation::~Simulation() = default;
+
+bool Simulation::advance_to(double time, const std::stop_token& stop) {
+  if (!std::isfinite(time)) throw Error(ErrorCode::usage, "time", "a simulation goes on to a finite time");
+  return state_->threads.run([&] { return state_->solver.advance_to(time, stop); });
+}
+
+double Simulation::step() {
+  return state_->threads.run([&] { return state_->solver.stable_advance(); });
+}
+
+double Simulation::time() const { return state_->solver.time(); }
+std::size_t Simulation::size() const { return state_->solver.particle_count(); }
+
+Metrics Simulation::metrics() const {
+  return state_->threads.run([&] { return state_->solver.metrics(); });
+}
+
+void Simulation::snapshot(Snapshot& out, const StateColumns& columns) const {
+  state_->threads.run([&] { state_->solver.snapshot(out, columns); });
+  out.frame = 0;
+}
+
+Snapshot Simulation::snapshot(const StateColumns& columns) const {
+  Snapshot out;
+  snapshot(out, columns);
+  return out;
+}
+
+std::uint64_t Simulation::hash() const {
+  return state_->threads.run([&] { return state_->solver.state_hash(); });
+}
+
+int Simulation::add_snow(const Table& keys, const char* file, int line) {
+  return add_snow(keys, Place{std::string(file) + ":" + std::to_string(line)});
+}
+
+int Simulation::add_snow(const Table& keys, const Place& place) {
+  Scene scene = state_->scene;
+  scene.add("snow", keys, place);
+  const SceneConfig config = with_spacing(config_of(scene), state_->dx);
+  const std::size_t index = config.snow.size() - 1;
+  state_->threads.run([&] {
+    const Snapshot there = snapshot();
+    const std::vector<Collider> colliders = state_->solver.colliders_now();
+    const std::optional<Shape> domain = domain_of(config);
+    state_->solver.add(place_among(config, index, {there, colliders, domain, state_->dx}));
+  });
+  state_->scene = std::move(scene);
+  return static_cast<int>(index);
+}
+
+std::size_t Simulation::remove_snow(std::span<const std::uint32_t> ids) {
+  return state_->threads.run([&] { return state_->solver.remove({ids.begin(), ids.end()}); });
+}
+
+void Simulation::drive(const std::string& collider, ColliderDriver driver) {
+  const std::vector<std::string> names = collider_names(config_of(state_->scene));
+  const auto found = std::find(names.begin(), names.end(), collider);
+  if (found == names.end()) {
+    std::string known;
+    for (const std::string& name : names) known += (known.empty() ? "" : ", ") + name;
+    throw Error(ErrorCode::usage, "drive",
+                "the scene has no collider '" + collider + "'" +
+                    (known.empty() ? "; it has none" : "; it has " + known));
+  }
+  if (!driver) throw Error(ErrorCode::usage, "drive", "the driver of '" + collider + "' is empty");
+  const auto index = static_cast<std::size_t>(found - names.begin());
+  state_->threads.run([&] { state_->solver.drive(index, std::move(driver)); });
+}
+
+// "FIRNSIMU", u32 version, u64 snow objects at the start, u64 bytes of the scene as TOML, u64 bytes of the
+// state, both, u64 XXH3 of all before.
+void Simulation::save(std::ostream& out) const {
+  std::ostringstream solver;
+  state_->solver.save(solver);
+  const std::string state = std::move(solver).str();
+  const std::string scene = resolved_toml(with_spacing(config_of(state_->scene), state_->dx));
+  std::string head(kMagic);
+  put(head, kVersion);
+  put(head, static_cast<std::uint64_t>(state_->placed));
+  put(head, static_cast<std::uint64_t>(scene.size()));
+  put(head, static_cast<std::uint64_t>(state.size()));
+  head += scene;
+  const std::string_view pieces[] = {head, state};
+  std::string hash;
+  put(hash, hash_pieces(pieces));
+  for (const std::string_view piece :
+       {std::string_view(head), std::string_view(state), std::string_view(hash)})
+    out.write(piece.data(), static_cast<std::streamsize>(piece.size()));
+  if (!out.flush()) throw Error(ErrorCode::io, "save", "the stream takes no more");
+}
+
+Simulation Simulation::load(std::istream& in, const SimulationOptions& options) {
+  const std::string bytes(std::istreambuf_iterator<char>(in), {});
+  ByteReader reader(bytes, "load");
+  if (bytes.size() < kMagic.size() || reader.take(kMagic.size()) != kMagic)
+    reader.fail("this is not a saved simulation of firn");
+  if (const auto version = reader.get<std::uint32_t>(); version != kVersion) {
+    reader.fail("a saved simulation of version " + std::to_string(version) + ", this firn reads version " +
+                std::to_string(kVersion));
+  }
+  const auto placed = reader.get<std::uint64_t>(), scene_bytes = reader.get<std::uint64_t>(),
+             state_bytes = reader.get<std::uint64_t>();
+  const std::string_view toml = reader.take(scene_bytes), state = reader.take(state_bytes);
+  const std::size_t body = bytes.size() - reader.left();
+  if (reader.get<std::uint64_t>() != hash_bytes(bytes.data(), body) || reader.left() != 0)
+    reader.fail("damaged: wrong checksum");
+
+  Scene scene = Scene::parse(std::string(toml), "saved scene");
+  SceneConfig config = config_of(scene);
+  if (placed > config.snow.size()) reader.fail("damaged: more snow than its scene has");
+  const std::vector<SnowConfig> added(config.snow.begin() + static_cast<std::ptrdiff_t>(placed),
+                                      config.snow.end());
+  config.snow.resize(placed);
+  auto loaded = std::make_unique<State>(std::move(scene), config, options);
+  loaded->threads.run([&] {
+    for (const SnowConfig& snow : added)
+      loaded->solver.add({snow.name, snow.material, {}, {}, {}, 0, snow.terminal_velocity});
+    std::istringstream stream{std::string(state)};
+    loaded->solver.load(stream);
+  });
+  return Simulation(std::move(loaded));
+}
+
+}  // namespace firn
