@@ -139,7 +139,7 @@ TEST_CASE("snow that is added is as it would have been from the start, and nothi
 
 TEST_CASE("added snow falls as it does alone, whatever lies asleep elsewhere, in a turned domain too") {
   for (const double turn : {0., 30.}) {
-    Scene scene = bed();
+    Scene scene = bed({0.2, 0.2, 0.2});
     scene.set("simulation.domain_min", {-2, -1, -2}).set("simulation.domain_max", {2, 3, 2});
     scene.set("simulation.domain_rotation", {0, 0, turn}).set("snow.bed.preset", "powder");
     Simulation simulation(scene);
