@@ -177,7 +177,7 @@ def copyright_text():
 
 def changelog_text(version):
     date = email.utils.formatdate(int(os.environ["SOURCE_DATE_EPOCH"]))
-    return (f"firn ({version}) unstable; urgency=medium\n\n  * Commit {commit_said('%H') or 'unknown'}; what changed is in CHANGELOG.md.\n\n"
+    return (f"firn ({version}) unstable; urgency=medium\n\n  * Commit {commit_said('%H') or 'unknown'}.\n  * What changed is in CHANGELOG.md.\n\n"
             f" -- {maintainer()}  {date}\n")
 
 
