@@ -35,7 +35,7 @@ compile() {
   # shellcheck disable=SC2046
   g++ -std=c++20 -Wall -Wextra -Werror /usr/share/doc/firn/examples/session.cpp $(pkg-config --cflags --libs firn) -o "$work/session"
 }
-example() { cd "$work" && "$1" /usr/share/firn/scenes/two_snowballs.toml "$2" 2 && firn info "$2"; }
+example() { (cd "$work" && "$1" /usr/share/firn/scenes/two_snowballs.toml "$2" 2 && firn info "$2"); }
 use_cmake() {  # use_cmake COMPONENTS TARGET
   mkdir -p "$work/cmake$1"
   printf '%s\n' 'cmake_minimum_required(VERSION 3.19)' 'project(uses_firn CXX)' "find_package(firn REQUIRED $1)" \
