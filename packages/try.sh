@@ -9,6 +9,7 @@ cd "${1:?try.sh wants the folder of the packages}" || exit 2
 export DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8
 passed=0
 failed=0
+library=$(dpkg-deb -f ./libfirn[0-9]*.deb Package)  # with the version of its soname
 work=$(mktemp -d)
 chmod 755 "$work"
 
@@ -30,7 +31,7 @@ complete() {
   bash -uc 'source /usr/share/bash-completion/completions/firn; COMP_WORDS=(firn res); COMP_CWORD=1; _firn; [ "${COMPREPLY[*]}" = resume ]'
 }
 page() { zcat "/usr/share/man/$1" | grep -q '^\.SH NAME'; }
-sums() { for package in firn libfirn0.2 libfirn-dev; do [ -z "$(dpkg --verify "$package")" ] || return 1; done; }
+sums() { for package in firn "$library" libfirn-dev; do [ -z "$(dpkg --verify "$package")" ] || return 1; done; }
 compile() {
   # shellcheck disable=SC2046
   g++ -std=c++20 -Wall -Wextra -Werror /usr/share/doc/firn/examples/session.cpp $(pkg-config --cflags --libs firn) -o "$work/session"
@@ -52,7 +53,7 @@ leftovers() {
 
 check "apt's lists" apt-get -q update
 check "firn alone is installed" install ./firn_*.deb
-check "without its library" absent libfirn0.2
+check "without its library" absent "$library"
 check "firn --version" firn --version
 check "a scene of the package makes pictures" run_scene
 check "firn(1)" page man1/firn.1.gz
@@ -62,8 +63,8 @@ check "completion for zsh" test -s /usr/share/zsh/vendor-completions/_firn
 check "completion for fish" test -s /usr/share/fish/vendor_completions.d/firn.fish
 check "documents" test -s /usr/share/doc/firn/docs/library.md
 check "licence" grep -q Permission /usr/share/doc/firn/copyright
-check "the library is installed" install ./libfirn0.2_*.deb
-check "the loader knows it" bash -c 'ldconfig -p | grep -q libfirn.so.0.2'
+check "the library is installed" install ./"$library"_*.deb
+check "the loader knows it" bash -c "ldconfig -p | grep -qF libfirn.so.${library#libfirn}"
 check "libfirn-dev is installed" install ./libfirn-dev_*.deb
 check "no file differs from its sum" sums
 check "compiler, pkg-config and CMake are installed" install g++ pkg-config cmake make
@@ -72,7 +73,7 @@ check "it runs, is interrupted and goes on" example "$work/session" example
 check "CMake, shared" use_cmake "" firn::firn
 check "what libfirn-dev recommends is installed" bash -c 'apt-get -q -y install --no-install-recommends $(dpkg-query -W -f="\${Recommends}" libfirn-dev | tr -d ,)'
 check "CMake, static" use_cmake "COMPONENTS static" firn::firn-static
-check "all are removed" apt-get -q -y purge firn libfirn0.2 libfirn-dev
+check "all are removed" apt-get -q -y purge firn "$library" libfirn-dev
 check "nothing is left" leftovers
 rm -rf "$work"
 echo "$passed passed, $failed failed"

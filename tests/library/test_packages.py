@@ -21,6 +21,10 @@ def output(*words):
     return subprocess.run([str(word) for word in words], check=True, capture_output=True, text=True).stdout
 
 
+VERSION = json.loads(output("meson", "introspect", "--projectinfo", BUILD))["version"]
+LIBRARY = "libfirn" + ".".join(VERSION.split(".")[:2])
+
+
 def make(out):
     output("python3", ROOT / "packages/make.py", "--build", BUILD, "--out", out, "--quickly")
     return {path.name.split("_")[0]: path for path in out.glob("*.deb")}
@@ -46,30 +50,29 @@ class Packages(unittest.TestCase):
         return {line.split()[5].removeprefix("./usr/").removeprefix("local/") for line in listing.splitlines() if line[0] != "d"}
 
     def test_each_package_holds_its_own(self):
-        self.assertEqual(sorted(self.packages), ["firn", "libfirn-dev", "libfirn0.2"])
-        program, library, development = (self.names(name) for name in ("firn", "libfirn0.2", "libfirn-dev"))
+        self.assertEqual(sorted(self.packages), sorted(["firn", "libfirn-dev", LIBRARY]))
+        program, library, development = (self.names(name) for name in ("firn", LIBRARY, "libfirn-dev"))
         self.assertEqual(program & library | library & development | development & program, set())
         self.assertLessEqual({"bin/firn", "share/man/man1/firn.1.gz", "share/man/man5/firn-scene.5.gz", "share/firn/scenes/rock.obj",
                               "share/bash-completion/completions/firn", "share/fish/vendor_completions.d/firn.fish",
                               "share/doc/firn/README.md", "share/doc/firn/copyright"}, program)
         self.assertEqual({name.split("/")[-1] for name in library},
-                         {"libfirn.so.0.2", "libfirn.so.0.2.0", "copyright", "changelog.gz"})
+                         {LIBRARY.replace("firn", "firn.so."), f"libfirn.so.{VERSION}", "copyright", "changelog.gz"})
         self.assertLessEqual({"firn.h", "libfirn.so", "libfirn.a", "firn.pc", "firnConfig.cmake"}, {name.split("/")[-1] for name in development})
 
     def test_fields(self):
-        version = self.field("firn", "Version")
         for package in self.packages:
-            self.assertEqual(self.field(package, "Version"), version)
+            self.assertEqual(self.field(package, "Version"), VERSION)
             self.assertRegex(self.field(package, "Maintainer"), r"^\S.* <\S+@\S+>$|^The firn authors$")
             self.assertRegex(self.field(package, "Installed-Size"), r"^\d+$")
             self.assertLessEqual(len(self.field(package, "Description").splitlines()[0]), 80)
-        for package in ("firn", "libfirn0.2"):
+        for package in ("firn", LIBRARY):
             for needed in ("libc6", "libtbb", "libpng"):
                 self.assertRegex(self.field(package, "Depends"), rf"\b{needed}\S* \(>= ")
         self.assertNotIn("libfirn", self.field("firn", "Depends"))
-        self.assertEqual(self.field("libfirn-dev", "Depends"), f"libfirn0.2 (= {version})")
+        self.assertEqual(self.field("libfirn-dev", "Depends"), f"{LIBRARY} (= {VERSION})")
         self.assertIn("libtbb-dev", self.field("libfirn-dev", "Recommends"))
-        self.assertIn("ldconfig", output("dpkg-deb", "-I", self.packages["libfirn0.2"], "triggers"))
+        self.assertIn("ldconfig", output("dpkg-deb", "-I", self.packages[LIBRARY], "triggers"))
 
     def test_sums(self):
         for package in self.packages:

@@ -86,13 +86,14 @@ std::string example(const std::string& command, const std::string& meaning) {
 
 std::string examples(const std::string& scenes) {
   const std::string scene = scenes + "/two_snowballs.toml";
-  return ".SH EXAMPLES\n" + example("firn run " + scene + " --quick", "Makes the small size of a scene.") +
+  return ".SH EXAMPLES\n.ad l\n" +
+         example("firn run " + scene + " --quick", "Makes the small size of a scene.") +
          example("firn run " + scene + " --set snow.young_modulus=3e5 --set image.samples=64",
                  "Changes two keys of a scene.") +
          example("firn render out/two_snowballs --frames 20-30",
                  "Makes pictures of the particles that a run kept.") +
          example("firn resume out/two_snowballs", "Goes on with an interrupted run, to the same bits.") +
-         example("firn params snow", "Prints the keys of snow.");
+         example("firn params snow", "Prints the keys of snow.") + ".ad b\n";
 }
 
 std::string key_item(const KeySpec& key, const TableSpec& table) {
