@@ -79,9 +79,10 @@ class Completions(unittest.TestCase):
         for name in ("tiny.toml", "two words.toml", "other.txt", "deep/down/scene.toml"):
             (cls.here / name).parent.mkdir(parents=True, exist_ok=True)
             (cls.here / name).write_text(SCENE)
-        for run in ("out/a", "out/b", "elsewhere/set/c"):
+        for run in ("out/a_run", "out/b_run", "elsewhere/set/c"):
             (cls.here / run / "frames").mkdir(parents=True)
             (cls.here / run / "run.json").write_text("{}")
+        (cls.here / "out/a_folder").mkdir()
 
     def check_all_options(self, offered):
         """offered(*words): what is offered after them and '-'."""
@@ -154,7 +155,7 @@ class Bash(Completions):
         self.assertEqual(self.offered("run", "two\\ w"), ["two words.toml"])
         for command in ("resume", "info"):
             self.assertEqual(sorted(self.offered(command, "")), ["elsewhere", "out"])
-            self.assertEqual(sorted(self.offered(command, "out/")), ["out/a", "out/b"])
+            self.assertEqual(sorted(self.offered(command, "out/")), ["out/a_run", "out/b_run"])
         self.assertEqual(sorted(self.offered("render", "")), ["elsewhere", "out", "tiny.toml", "two words.toml"])
 
     def test_keys_and_their_values(self):
@@ -170,7 +171,7 @@ class Bash(Completions):
     def test_typed_into_a_terminal(self):
         for line, words in (("firn res", ["resume"]), ("firn run tw", ["run", "two words.toml"]), ("firn run --isa=b", ["run", "--isa=base"]),
                             ("firn run --set snow.shape=bal", ["run", "--set", "snow.shape=ball"]), ("firn check --qui", ["check", "--quick"]),
-                            ("firn run --set image.wi", ["run", "--set", "image.width="]), ("firn info out/", ["info", "out/"])):
+                            ("firn run --set image.wi", ["run", "--set", "image.width="]), ("firn info out/a", ["info", "out/a_run/"])):
             setup = f"source {shlex.quote(str(FOLDER / 'firn'))}"
             self.assertEqual(self.typed("bash", "--norc", "--noprofile", "-i", setup=setup, line=line), words, line)
 
@@ -192,7 +193,8 @@ class Zsh(Completions):
                             ("firn run --isa b", ["run", "--isa", "base"]), ("firn check --qui", ["check", "--quick"]),
                             ("firn run --set snow.shape=bal", ["run", "--set", "snow.shape=ball"]),
                             ("firn run --set image.wi", ["run", "--set", "image.width="]), ("firn params image.wi", ["params", "image.width"]),
-                            ("firn resume els", ["resume", "elsewhere"]), ("firn run --quick ti", ["run", "--quick", "tiny.toml"])):
+                            ("firn resume els", ["resume", "elsewhere"]), ("firn info out/a", ["info", "out/a_run"]),
+                            ("firn run --quick ti", ["run", "--quick", "tiny.toml"])):
             self.assertEqual(self.typed("zsh", "-f", "-i", setup=setup, line=line), words, line)
 
 
@@ -214,7 +216,7 @@ class Fish(Completions):
     def test_values(self):
         self.assertEqual(self.offered("run", "--isa", "b"), ["base"])
         self.assertEqual(self.offered("run", "ti"), ["tiny.toml"])
-        self.assertEqual(self.offered("resume", "out/"), ["out/a/", "out/b/"])
+        self.assertEqual(self.offered("resume", "out/"), ["out/a_run/", "out/b_run/"])
         self.assertEqual(self.offered("run", "--set", "image.wi"), ["image.width="])
         self.assertEqual(self.offered("run", "--set", "snow.shape=bal"), ["snow.shape=ball"])
         self.assertEqual(self.offered("params", "image.wi"), ["image.width"])
