@@ -3,12 +3,14 @@
 #include "src/app/options.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <filesystem>
 #include <iostream>
 #include <limits>
 
 #include "firn/error.h"
+#include "src/app/command_line.h"
 #include "src/io/program.h"
 #include "src/io/version.h"
 #include "src/scene/suggest.h"
@@ -42,7 +44,9 @@ void add_machine_options(CLI::App& app, Typed& typed) {
   app.add_option("--threads", typed.options.session.threads, "Threads to use (default: all)")
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
-  app.add_option("--isa", typed.options.session.isa, "auto, base, x86-64-v3 or x86-64-v4")->type_name("NAME");
+  app.add_option("--isa", typed.options.session.isa,
+                 "Instruction set of the kernels (default: auto, the best)")
+      ->type_name("auto|base|x86-64-v3|x86-64-v4");
 }
 
 void add_run_options(CLI::App& app, Typed& typed) {
@@ -106,6 +110,37 @@ void add_commands(CLI::App& app, Typed& typed) {
   CLI::Option* run_folder = info->add_option("RUN", typed.options.target, "Run folder");
   info->add_flag("--json", typed.options.json, "The manifest of the RUN and its frames, as JSON")
       ->needs(run_folder);
+}
+
+void add_everything(CLI::App& app, Typed& typed) {
+  app.description(
+      "firn: snow, simulated and path traced on CPUs. One command from a scene file to a movie:\n"
+      "  firn run scenes/two_snowballs.toml --quick\n");
+  app.set_version_flag("--version", "firn " + version() + " (" + revision() + ")");
+  app.require_subcommand(1);
+  add_commands(app, typed);
+}
+
+// CLI11 adds to the name of a value what it checks: "N:INT in [1 - 1024]".
+OptionWords words_of(const CLI::Option& option) {
+  OptionWords words;
+  if (option.get_positional()) words.name = option.get_name(true);
+  for (const std::string& name : option.get_lnames()) words.name = "--" + name;
+  for (const std::string& name : option.get_snames()) words.short_name = "-" + name;
+  const std::string type = option.get_type_name();
+  if (option.get_items_expected_max() > 0) words.value = type.substr(0, type.find(':'));
+  words.meaning = option.get_description();
+  words.required = option.get_required();
+  words.repeatable = option.get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll;
+  return words;
+}
+
+CommandWords words_of(const CLI::App& app) {
+  CommandWords words{app.get_name(), app.get_description(), {}, {}};
+  for (const CLI::Option* option : app.get_options()) {
+    (option->get_positional() ? words.operands : words.options).push_back(words_of(*option));
+  }
+  return words;
 }
 
 SceneOverride parse_override(const std::string& text) {
@@ -248,15 +283,19 @@ std::vector<std::string> without_help_command(const std::vector<std::string>& wo
 
 }  // namespace
 
+CommandLine command_line() {
+  Typed typed;
+  CLI::App app("", "firn");
+  add_everything(app, typed);
+  CommandLine all{words_of(app), {}};
+  for (const CLI::App* command : app.get_subcommands({})) all.commands.push_back(words_of(*command));
+  return all;
+}
+
 std::optional<Options> parse_options(int count, const char* const* arguments) {
   Typed typed;
-  CLI::App app(
-      "firn: snow, simulated and path traced on CPUs. One command from a scene file to a movie:\n"
-      "  firn run scenes/two_snowballs.toml --quick\n",
-      "firn");
-  app.set_version_flag("--version", "firn " + version() + " (" + revision() + ")");
-  app.require_subcommand(1);
-  add_commands(app, typed);
+  CLI::App app("", "firn");
+  add_everything(app, typed);
   const std::vector<std::string> words =
       without_help_command({arguments + std::min(count, 1), arguments + count});
   if (words.empty()) {

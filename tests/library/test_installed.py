@@ -7,6 +7,7 @@ usage: test_installed.py BUILD_FOLDER COMPILER..."""
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -84,6 +85,27 @@ class Installed(unittest.TestCase):
         self.assertEqual({word[:2] for word in self.flags("--cflags", "firn")}, {"-I"})
         self.assertEqual([word for word in self.flags("--libs", "firn") if word.startswith("-l")], ["-lfirn"])
 
+    def test_scenes_are_installed_with_all_that_they_name(self):
+        scenes = sorted((self.root / "usr/local/share/firn/scenes").glob("*.toml"))
+        self.assertEqual([scene.name for scene in scenes], sorted(scene.name for scene in (ROOT / "scenes").glob("*.toml")))
+        for scene in scenes:
+            self.words(self.program, "check", scene, "--quick")
+        self.words(self.program, "run", scenes[0].with_name("two_snowballs.toml"), "--quick", "--frames", "0-1", "--out", "installed")
+        self.assertEqual(len(self.hashes("installed")), 2)
+
+    def test_documents_are_installed_with_what_they_name(self):
+        pages = self.root / "usr/local/share/doc/firn"
+        self.assertEqual({path.suffix for path in pages.rglob("*") if path.is_file()}, {"", ".cff", ".cpp", ".jpg", ".md", ".py", ".svg"})
+        for page in pages.rglob("*.md"):
+            for link in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
+                self.assertTrue((page.parent / link).exists(), f"{page.relative_to(pages)}: {link}")
+
+    def test_pages_and_completions_lie_where_they_are_looked_for(self):
+        share = self.root / "usr/local/share"
+        for name in ("man/man1/firn.1", "man/man5/firn-scene.5", "bash-completion/completions/firn", "zsh/site-functions/_firn",
+                     "fish/vendor_completions.d/firn.fish"):
+            self.assertTrue((share / name).is_file(), name)
+
     def test_every_example_is_short(self):
         for example in sorted((ROOT / "examples").glob("*.cpp")):
             self.assertLessEqual(len(example.read_text().splitlines()), 60, example.name)
@@ -116,6 +138,60 @@ class Installed(unittest.TestCase):
         self.assertTrue(all(row[3] <= 0 for row in blade), blade)  # snow holds it back
         self.assertLess(blade[-1][3], -10)
         self.assertRegex(self.words(self.example("snow_comes_and_goes")), r"(?s)(\d+ particles, \d+ taken out.*\n){4}")
+
+    def cmake(self, folder, root, asked, target="firn::firn"):
+        """A project of CMake with the example `session`, made with an installation at `root`."""
+        project = self.here / folder
+        project.mkdir()
+        (project / "CMakeLists.txt").write_text(f"""cmake_minimum_required(VERSION 3.19)
+project(uses_firn CXX)
+find_package(firn {asked})
+if(NOT firn_FOUND)
+  message(FATAL_ERROR "not found: ${{firn_CONSIDERED_VERSIONS}} ${{firn_NOT_FOUND_MESSAGE}}")
+endif()
+find_package(firn {asked})
+add_executable(session {ROOT / "examples/session.cpp"})
+target_link_libraries(session PRIVATE {target})
+""")
+        environment = {name: value for name, value in self.environment.items() if not name.startswith("PKG_CONFIG")}
+        for words in (["cmake", "-S", project, "-B", project / "build", f"-DCMAKE_PREFIX_PATH={root}", f"-DCMAKE_CXX_COMPILER={COMPILER[-1]}"],
+                      ["cmake", "--build", project / "build"]):
+            done = subprocess.run(words, cwd=self.here, env=environment, capture_output=True, text=True)
+            if done.returncode != 0:
+                break
+        return done
+
+    def test_cmake_finds_it_wherever_it_is(self):
+        if not shutil.which("cmake"):
+            self.skipTest("cmake is not installed")
+        version = self.words("pkg-config", "--modversion", "firn").strip()
+        minor, patch = version.rsplit(".", 1)
+        moved = self.here / "moved"
+        shutil.copytree(self.root / "usr/local", moved, symlinks=True)
+        # As on systems where /lib is a link to /usr/lib.
+        linked = self.here / "linked"
+        linked.mkdir()
+        (linked / "lib").symlink_to(moved / "lib")
+        for name, root, asked in (("a", self.root / "usr/local", "REQUIRED"), ("b", moved, f"{minor} REQUIRED"), ("c", linked, f"{version} EXACT")):
+            done = self.cmake(name, root, asked)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            self.starts(self.here / name / "build/session")
+        for name, asked in (("d", f"{minor}.{int(patch) + 1}"), ("e", "0.1"), ("f", "1"), ("g", f"{version} COMPONENTS no_such")):
+            self.assertIn("not found: ", self.cmake(name, moved, asked).stderr, asked)
+        self.assertNotIn(str(self.root), "".join(path.read_text() for path in self.root.rglob("firnConfig*.cmake")))
+
+    def test_cmake_finds_the_static_library_and_what_it_needs(self):
+        if not shutil.which("cmake"):
+            self.skipTest("cmake is not installed")
+        done = self.cmake("static", self.root / "usr/local", "REQUIRED COMPONENTS static", "firn::firn-static")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        program = self.here / "static/build/session"
+        self.assertNotIn("libfirn", self.words("readelf", "-d", program))
+        self.starts(program)
+
+    def starts(self, program):
+        done = subprocess.run([program], cwd=self.here, env=self.environment, capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stderr[:14]), (2, "usage: session"))
 
     def test_mistakes_are_errors_of_the_library(self):
         done = subprocess.run([self.example("session"), "no.toml", "a"], cwd=self.here, env=self.environment, capture_output=True, text=True)

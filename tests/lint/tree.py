@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-ROOMS = ["include", "kernels", "src", "examples", "tests", "bench", "docs", "scenes"]
+ROOMS = ["include", "kernels", "src", "examples", "tests", "bench", "docs", "scenes", "packages"]
 SKIPPED = {"__pycache__"}
 
 
