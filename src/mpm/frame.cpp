@@ -15,6 +15,7 @@ SimulationSetup in_frame(SimulationSetup setup) {
       snow.position[i] = frame.to_local(snow.position[i]);
       snow.velocity[i] = to_local * snow.velocity[i];
     });
+    for (Eigen::Matrix3f& F : snow.strain) F = (to_local * F.cast<double>() * frame.rotation).cast<float>();
   }
   for (Collider& collider : setup.colliders) {
     collider.shape.pose = frame.to_local(collider.shape.pose);
