@@ -6,13 +6,16 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <utility>
 
 #include "firn/error.h"
 #include "src/core/memory.h"
 #include "src/core/rng.h"
+#include "src/particles/blocks.h"
 #include "src/scene/clumps.h"
 #include "src/scene/emit.h"
 #include "src/scene/overlaps.h"
+#include "src/scene/place_points.h"
 #include "src/scene/place_shape.h"
 #include "src/scene/scene.h"
 #include "src/scene/validate.h"
@@ -37,7 +40,7 @@ double narrowest(const SceneConfig& scene, std::size_t index) {
 PlacedSnow place(const SceneConfig& scene, std::size_t index, const std::vector<Shape>& shapes,
                  double spacing) {
   const SnowConfig& config = scene.snow[index];
-  PlacedSnow snow{config.name, config.material, {}, {}, {}, 0, config.terminal_velocity};
+  PlacedSnow snow{config.name, config.material, {}, {}, {}, 0, config.terminal_velocity, {}, {}};
   double total = 0;
   for (std::size_t s = 0; s < shapes.size(); ++s) {
     const Vec3 center = world_bounds(shapes[s]).center();
@@ -55,11 +58,17 @@ PlacedSnow place(const SceneConfig& scene, std::size_t index, const std::vector<
   }
   // The shape's true volume is shared out, so that density times volume is the mass that was asked for.
   snow.particle_volume = total / static_cast<double>(snow.position.size());
-  if (config.looseness > 0) {
-    snow.packing = clump_packing(snow.position, config.looseness, config.clump_size,
-                                 hash_keys(scene.simulation.seed, kClumpKey, index));
-  }
   return snow;
+}
+
+// Loosens the seams between clumps, beside what the packing was.
+void loosen(const SceneConfig& scene, std::size_t index, PlacedSnow& snow) {
+  const SnowConfig& config = scene.snow[index];
+  if (!(config.looseness > 0)) return;
+  std::vector<float> packing = clump_packing(snow.position, config.looseness, config.clump_size,
+                                             hash_keys(scene.simulation.seed, kClumpKey, index));
+  for (std::size_t i = 0; i < snow.packing.size(); ++i) packing[i] *= snow.packing[i];
+  snow.packing = std::move(packing);
 }
 
 void place_colliders(const SceneConfig& scene, SimulationSetup& setup) {
@@ -97,6 +106,27 @@ void check_domain(const SceneConfig& scene, const SimulationSetup& setup) {
   }
 }
 
+// Before the simulation says it of all snow alike: maps have coordinates that are far from 0.
+void check_reach(const SceneConfig& scene, const SimulationSetup& setup) {
+  const double reach = 4.0 * kBlockReach * setup.dx;
+  for (std::size_t i = 0; i < setup.snow.size() && !setup.frame; ++i) {
+    if (!is_points(scene.snow[i])) continue;
+    Bounds bounds;
+    for (const Vec3& p : setup.snow[i].position) bounds.include(p);
+    const double farthest = std::max(bounds.max.maxCoeff(), -bounds.min.minCoeff());
+    if (farthest < 0.99 * reach) continue;
+    const Vec3 offset = scene.snow[i].shape.offset - bounds.center();
+    char text[400];
+    std::snprintf(
+        text, sizeof text,
+        "the points of this snow reach %.3g m from the origin, the grid %.3g m at dx = %.3g m: move "
+        "them, as with offset = [%.9g, %.9g, %.9g]",
+        farthest, reach, setup.dx, std::round(offset.x()) + 0.0, std::round(offset.y()) + 0.0,
+        std::round(offset.z()));
+    throw Error(ErrorCode::usage, place_of(scene, table_of("snow", i), "offset"), text);
+  }
+}
+
 void check_waves(const SceneConfig& scene, double dx) {
   for (std::size_t i = 0; i < scene.snow.size(); ++i) {
     if (stable_dt(scene.snow[i].material, dx) > 0) continue;
@@ -123,9 +153,11 @@ void check_fixed_dt(const SceneConfig& scene, double dx) {
 }
 
 // Before any is placed: a scene that is far too fine would take all memory, and for ever.
-void check_count(const SceneConfig& scene, const std::vector<std::vector<Shape>>& shapes,
-                 const std::vector<double>& spacing, double dx) {
+void check_count(const SceneConfig& scene, const std::vector<PlacedSnow>& points,
+                 const std::vector<std::vector<Shape>>& shapes, const std::vector<double>& spacing,
+                 double dx) {
   double count = 0;
+  for (const PlacedSnow& snow : points) count += static_cast<double>(snow.position.size());
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     for (const Shape& shape : shapes[i]) count += *volume(shape) / std::pow(spacing[i], 3);
   }
@@ -141,10 +173,16 @@ void check_count(const SceneConfig& scene, const std::vector<std::vector<Shape>>
               place_of(scene, "simulation", scene.simulation.dx ? "dx" : "particles_across"), text);
 }
 
-}  // namespace
-
-double grid_spacing(const SceneConfig& scene) {
+// Points cannot be placed more densely for a finer grid: the coarsest of them say what it is.
+double grid_spacing_for(const SceneConfig& scene, const std::vector<PlacedSnow>& points) {
   if (scene.simulation.dx) return *scene.simulation.dx;
+  double for_points = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (points[i].position.empty()) continue;
+    for_points =
+        std::max(for_points, points_spacing(points[i]) * std::cbrt(scene.snow[i].particles_per_cell));
+  }
+  if (for_points > 0) return for_points;
   const int across = *scene.simulation.particles_across;
   double dx = 1e300;
   for (std::size_t i = 0; i < scene.snow.size(); ++i) {
@@ -153,9 +191,17 @@ double grid_spacing(const SceneConfig& scene) {
   return dx;
 }
 
+}  // namespace
+
+double grid_spacing(const SceneConfig& scene) {
+  if (scene.simulation.dx) return *scene.simulation.dx;
+  return grid_spacing_for(scene, place_all_points(scene));
+}
+
 SimulationSetup build_simulation(const SceneConfig& scene, bool force) {
   SimulationSetup setup;
-  setup.dx = grid_spacing(scene);
+  std::vector<PlacedSnow> points = place_all_points(scene);
+  setup.dx = grid_spacing_for(scene, points);
   setup.gravity = scene.simulation.gravity;
   setup.fixed_dt = scene.simulation.dt;
   setup.domain = domain_box(scene.simulation);
@@ -167,14 +213,20 @@ SimulationSetup build_simulation(const SceneConfig& scene, bool force) {
   std::vector<std::vector<Shape>> shapes;
   std::vector<double> spacing;
   for (std::size_t i = 0; i < scene.snow.size(); ++i) {
-    shapes.push_back(place_snow(scene, i, 2 * setup.dx));
-    spacing.push_back(particle_spacing(setup.dx, scene.snow[i].particles_per_cell));
+    const bool of_points = is_points(scene.snow[i]);
+    shapes.push_back(of_points ? std::vector<Shape>() : place_snow(scene, i, 2 * setup.dx));
+    spacing.push_back(of_points ? points_spacing(points[i])
+                                : particle_spacing(setup.dx, scene.snow[i].particles_per_cell));
   }
-  check_count(scene, shapes, spacing, setup.dx);
-  for (std::size_t i = 0; i < scene.snow.size(); ++i)
-    setup.snow.push_back(place(scene, i, shapes[i], spacing[i]));
+  check_count(scene, points, shapes, spacing, setup.dx);
+  for (std::size_t i = 0; i < scene.snow.size(); ++i) {
+    setup.snow.push_back(is_points(scene.snow[i]) ? std::move(points[i])
+                                                  : place(scene, i, shapes[i], spacing[i]));
+    loosen(scene, i, setup.snow.back());
+  }
   settle_overlaps(scene, setup, shapes, spacing);
   check_domain(scene, setup);
+  check_reach(scene, setup);
   return setup;
 }
 
