@@ -115,14 +115,15 @@ void check_reach(const SceneConfig& scene, const SimulationSetup& setup) {
     for (const Vec3& p : setup.snow[i].position) bounds.include(p);
     const double farthest = std::max(bounds.max.maxCoeff(), -bounds.min.minCoeff());
     if (farthest < 0.99 * reach) continue;
-    const Vec3 offset = scene.snow[i].shape.offset - bounds.center();
+    const double grain = std::pow(10, std::floor(std::log10(0.1 * reach)));
+    Vec3 offset = (scene.snow[i].shape.offset - bounds.center()) / grain;
+    offset = grain * (offset.array().round() + 0.0);  // no -0
     char text[400];
     std::snprintf(
         text, sizeof text,
         "the points of this snow reach %.3g m from the origin, the grid %.3g m at dx = %.3g m: move "
-        "them, as with offset = [%.9g, %.9g, %.9g]",
-        farthest, reach, setup.dx, std::round(offset.x()) + 0.0, std::round(offset.y()) + 0.0,
-        std::round(offset.z()));
+        "them, as with offset = [%.12g, %.12g, %.12g]",
+        farthest, reach, setup.dx, offset.x(), offset.y(), offset.z());
     throw Error(ErrorCode::usage, place_of(scene, table_of("snow", i), "offset"), text);
   }
 }

@@ -40,7 +40,8 @@ TableSpec simulation_table() {
   t.key("particles_across", &S::particles_across,
         {.range = between(2, 100000),
          .absent = "40, unless dx is given",
-         .meaning = "particles across the smallest snow object, instead of dx"});
+         .meaning = "particles across the smallest snow object, instead of dx; without a meaning where snow "
+                    "is made of points"});
   t.key("dt", &S::dt,
         {.unit = "s",
          .range = above(0),
