@@ -217,7 +217,7 @@ std::size_t least_bytes(const PlyElement& element, PlyForm form) {
   std::size_t bytes = 0;
   for (const PlyProperty& p : element.properties)
     bytes += form == PlyForm::text ? 2 : p.count ? p.count->bytes : p.type.bytes;
-  return bytes;
+  return std::max<std::size_t>(bytes, 1);
 }
 
 void read_rows(PlyInput& in, const PlyElement& element, PlyForm form, const std::vector<Put>& put) {
