@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "firn/error.h"
 #include "src/core/memory.h"

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numeric>
 #include <utility>
 
@@ -69,6 +70,22 @@ void find_volumes(const SceneConfig& scene, std::size_t index, const PointCloud&
             "for: set 'spacing', in metres");
 }
 
+// Masses and stresses of such particles are normal floats.
+void check_volumes(const SceneConfig& scene, std::size_t index, const PlacedSnow& snow) {
+  constexpr double kLeast = 1e-33, kGreatest = 1e33;  // kg, m^3
+  const auto sound = [&](double x) { return x >= kLeast && x <= kGreatest; };
+  for (std::size_t i = 0; i < std::max<std::size_t>(snow.volume.size(), 1); ++i) {
+    const double volume = snow.volume_of(i);
+    if (sound(volume) && sound(volume * snow.material.density)) continue;
+    char text[160];
+    std::snprintf(
+        text, sizeof text,
+        "point %zu, counted from 0, stands for %.3g m3, which single precision cannot calculate with", i,
+        volume);
+    refuse_file(scene, index, text);
+  }
+}
+
 // Jp: as the file says it, or else what makes the snow as dense as the file says.
 void find_packing(const SceneConfig& scene, std::size_t index, const PointCloud& cloud, PlacedSnow& snow) {
   const Material& material = snow.material;
@@ -121,6 +138,7 @@ PlacedSnow place_points(const SceneConfig& scene, std::size_t index) {
   snow.terminal_velocity = config.terminal_velocity;
   move_into_world(config, cloud, snow);
   find_volumes(scene, index, cloud, snow);
+  check_volumes(scene, index, snow);
   find_packing(scene, index, cloud, snow);
   return snow;
 }

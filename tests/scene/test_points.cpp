@@ -161,6 +161,10 @@ TEST_CASE(
 
 TEST_CASE("One point, or many at one place, need a spacing") {
   Files files;
+  CHECK_REFUSES(
+      build_simulation(files.scene({{"x.npy", array_of({Vec3(0, 0, 0)})}, {"m.npy", numbers_of({1e33})}},
+                                   "density = 1e-3\n")),
+      "point 0, counted from 0, stands for 1e+36 m3, which single precision cannot");
   const Members one = {{"x.npy", array_of({Vec3(1, 2, 3)})}};
   CHECK_REFUSES(build_simulation(files.scene(one)), "scene.toml:4:1: the file's one point does not tell");
   CHECK(files.snow(one, "spacing = 0.01\n").particle_volume == Approx(1e-6));
