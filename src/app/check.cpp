@@ -14,9 +14,11 @@
 #include "src/app/report.h"
 #include "src/core/isa.h"
 #include "src/core/text.h"
+#include "src/geometry/point_cloud.h"
 #include "src/mpm/solver.h"
 #include "src/render/renderer.h"
 #include "src/scene/footing.h"
+#include "src/scene/place_points.h"
 #include "src/scene/scene.h"
 #include "src/scene/validate.h"
 #include "src/session/prepare.h"
@@ -27,6 +29,8 @@ namespace {
 
 constexpr double kStrained = 1.05;  // times as fast as unstrained, a wave in snow about to yield
 constexpr double kBuried = 0.02;    // less of a body may dip into what it lies on
+constexpr double kFewInCell = 2;    // points
+constexpr double kOddVolume = 2;    // times what a point has room for
 
 constexpr int kMostOfAKind = 10;  // warnings that are printed one by one
 
@@ -148,6 +152,28 @@ void print_sights(Warnings& warnings, const SolverSetup& setup, const RenderSetu
   }
 }
 
+// Points of a file lie as they lie: the grid may be too fine for them, or their volumes in another unit.
+void warn_of_points(Warnings& warnings, const SceneConfig& scene, const SolverSetup& setup) {
+  for (std::size_t i = 0; i < setup.snow.size(); ++i) {
+    const PlacedSnow& snow = setup.snow[i];
+    if (!is_points(scene.snow[i])) continue;
+    const double in_cell = std::pow(setup.dx, 3) / snow.particle_volume;
+    if (in_cell < kFewInCell) {
+      warnings.add("have few points a cell", i,
+                   "snow '" + snow.name +
+                       text("' has %.2g points a cell of the grid and will fall apart: ", in_cell) +
+                       text("dx = %.3g m is coarse enough for them", 2 * std::cbrt(snow.particle_volume)));
+    }
+    const double room = volume_of_point(PointTree(snow.position)), ratio = snow.particle_volume / room;
+    if (room > 0 && (ratio > kOddVolume || ratio < 1 / kOddVolume)) {
+      warnings.add("have points of another size than their distance", i,
+                   "a point of snow '" + snow.name +
+                       text("' stands for %.3g m3 and has room for %.3g m3: ", snow.particle_volume, room) +
+                       "is the file's volume, mass or radius in another unit?");
+    }
+  }
+}
+
 SolverSetup without_particles(const SolverSetup& setup) {
   SolverSetup bare;
   bare.dx = setup.dx;
@@ -214,6 +240,7 @@ ExitCode check_command(const Options& options) {
   print_snow(setup);
   Warnings warnings(scene);
   warn_of_footing(warnings, scene, setup, solids_of(setup, renderer->setup()));
+  warn_of_points(warnings, scene, setup);
   const SolverSetup bare = without_particles(setup);  // a run keeps them no longer, either
   Solver simulation(kernels, std::move(setup));
   print_line("grid", text("dx %.4g m, ", bare.dx) + grouped(simulation.grid_blocks()) +

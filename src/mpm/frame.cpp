@@ -11,6 +11,7 @@ void into_frame(const Pose& frame, PlacedSnow& snow) {
     snow.position[i] = frame.to_local(snow.position[i]);
     snow.velocity[i] = to_local * snow.velocity[i];
   });
+  for (Eigen::Matrix3f& F : snow.strain) F = (to_local * F.cast<double>() * frame.rotation).cast<float>();
 }
 
 SolverSetup in_frame(SolverSetup setup) {

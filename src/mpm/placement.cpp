@@ -2,6 +2,7 @@
 // Placed snow -> particle columns in block order, material tables and the scene's energy budget.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/LU>
 
@@ -113,10 +114,10 @@ void fill_material(const kernels::ParticleView& p, std::size_t i, const PlacedSn
                    const Mat3& gradient) {
   for (int k = 0; k < 9; ++k) {
     p.C[k][i] = static_cast<float>(gradient(k / 3, k % 3));
-    p.F[k][i] = k % 4 == 0 ? 1.f : 0.f;
+    p.F[k][i] = !snow.strain.empty() ? snow.strain[index](k / 3, k % 3) : k % 4 == 0 ? 1.f : 0.f;
   }
   p.Jp[i] = snow.packing.empty() ? 1.f : snow.packing[index];
-  p.m[i] = static_cast<float>(snow.particle_mass());
+  p.m[i] = static_cast<float>(snow.volume_of(index) * snow.material.density);
 }
 
 // Positions and velocities are given back before most of the columns are touched, so that placing snow takes
@@ -154,7 +155,28 @@ void fill_columns(Solver::State& state) {
   for_each([&](std::size_t i, std::size_t object, std::size_t index) {
     fill_material(p, i, snow[object], index, gradients[object]);
   });
-  for (PlacedSnow& s : snow) release(s.packing);
+  for (PlacedSnow& s : snow) {
+    release(s.packing);
+    release(s.volume);
+    release(s.strain);
+  }
+}
+
+// m^3, of its smallest and its largest particle.
+std::pair<double, double> volume_range(const PlacedSnow& snow) {
+  if (snow.volume.empty()) return {snow.particle_volume, snow.particle_volume};
+  const auto [least, greatest] = std::minmax_element(snow.volume.begin(), snow.volume.end());
+  return {*least, *greatest};
+}
+
+// What the elastic strain at the start may be, and the per cent that round-off and placing may add.
+double greatest_strain(const PlacedSnow& snow) {
+  double greatest = 0;
+  for (const Eigen::Matrix3f& f : snow.strain) {
+    const Mat3 F = f.cast<double>();
+    greatest = std::max(greatest, 0.5 * (F.transpose() * F - Mat3::Identity()).norm());
+  }
+  return std::max(0.01, greatest);
 }
 
 // More snow, of which the scene may make speed.
@@ -164,14 +186,15 @@ void add_to_budget(Solver::State& state, const PlacedSnow& snow) {
     state.budget.top = std::max(state.budget.top, height_against(state.setup.gravity, snow.position[i]));
   }
   if (snow.position.empty()) return;
-  const auto floor = static_cast<float>(1e-12 * snow.particle_mass());
+  const auto [least, greatest] = volume_range(snow);
+  const auto floor = static_cast<float>(1e-12 * (least * snow.material.density));
   const ElasticModuli moduli = elastic_moduli(snow.material);
   // A yielding particle's work is some 10^-7 to 10^-3 of it in a step.
-  const double stiffness = (moduli.lambda + 2 * moduli.mu) * snow.particle_volume,
-               quanta = 0x1p40 / stiffness;
+  const double stiffness = (moduli.lambda + 2 * moduli.mu) * greatest, quanta = 0x1p40 / stiffness;
   state.mass_floor = state.mass_floor > 0 ? std::min(state.mass_floor, floor) : floor;
   state.work_quanta = state.work_quanta > 0 ? std::min(state.work_quanta, quanta) : quanta;
-  state.budget.elastic_speed = std::max(state.budget.elastic_speed, 0.01 * moduli.p_wave_speed);
+  state.budget.elastic_speed =
+      std::max(state.budget.elastic_speed, greatest_strain(snow) * moduli.p_wave_speed);
 }
 
 void check_finite(const PlacedSnow& snow) {
@@ -288,6 +311,8 @@ void Solver::State::add(PlacedSnow snow) {
   release(snow.position);
   release(snow.velocity);
   release(snow.packing);
+  release(snow.volume);
+  release(snow.strain);
   setup.snow.push_back(std::move(snow));
   air_drag = drag_of(setup);
   rest = rest_limits(setup);

@@ -42,11 +42,15 @@ struct PlacedSnow {
   std::vector<Vec3> position;  // m
   std::vector<Vec3> velocity;  // m/s (linear + spin)
   std::vector<float> packing;  // plastic volume ratio Jp at the start; empty: all 1
-  double particle_volume = 0;  // m^3
+  double particle_volume = 0;  // m^3, unstrained; the mean where each has its own
   // m/s; the speed at which still air carries its weight, on each particle alike. Empty: no air.
   std::optional<double> terminal_velocity;
 
-  double particle_mass() const { return particle_volume * material.density; }  // kg
+  std::vector<double> volume;           // m^3, of each particle; empty: all particle_volume
+  std::vector<Eigen::Matrix3f> strain;  // elastic deformation gradient F at the start; empty: none
+
+  double particle_mass() const { return particle_volume * material.density; }  // kg, the mean
+  double volume_of(std::size_t i) const { return volume.empty() ? particle_volume : volume[i]; }  // m^3
 };
 
 struct SolverSetup {

@@ -10,6 +10,7 @@
 #include "firn/error.h"
 #include "src/core/parallel.h"
 #include "src/scene/place_particles.h"
+#include "src/scene/place_points.h"
 #include "src/scene/validate.h"
 
 namespace firn {
@@ -74,21 +75,6 @@ Marks inside(const PlacedSnow& snow, const Shape& shape, double depth) {
 
 std::ptrdiff_t count(const Marks& marks) { return std::count(marks.begin(), marks.end(), 1); }
 
-template <class T>
-void keep_unmarked(std::vector<T>& column, const Marks& marks) {
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < column.size(); ++i) {
-    if (!marks[i]) column[kept++] = column[i];
-  }
-  column.resize(kept);
-}
-
-void leave_out(PlacedSnow& snow, const Marks& marks) {
-  if (!snow.packing.empty()) keep_unmarked(snow.packing, marks);
-  keep_unmarked(snow.velocity, marks);
-  keep_unmarked(snow.position, marks);
-}
-
 void trim(const SceneConfig& scene, std::size_t index, PlacedSnow& snow, const Surroundings& there,
           double spacing) {
   leave_out(snow, near_snow(snow, there.snow, spacing));
@@ -122,11 +108,18 @@ void refuse_overlaps(const SceneConfig& scene, std::size_t index, const PlacedSn
 
 PlacedSnow place_among(const SceneConfig& scene, std::size_t index, const Surroundings& there) {
   const SnowConfig& config = scene.snow[index];
-  const double spacing = particle_spacing(there.dx, config.particles_per_cell);
   check_waves(scene, index, there.dx);
-  const std::vector<Shape> shapes = place_snow(scene, index, 2 * there.dx);
-  check_count(scene, {shapes}, {spacing}, there.dx);
-  PlacedSnow snow = place_particles(scene, index, shapes, spacing);
+  PlacedSnow snow;
+  double spacing = particle_spacing(there.dx, config.particles_per_cell);
+  if (is_points(config)) {
+    snow = place_points(scene, index);
+    spacing = points_spacing(snow);
+  } else {
+    const std::vector<Shape> shapes = place_snow(scene, index, 2 * there.dx);
+    check_count(scene, {}, {shapes}, {spacing}, there.dx);
+    snow = place_particles(scene, index, shapes, spacing);
+  }
+  loosen(scene, index, snow);
   if (config.trim) {
     trim(scene, index, snow, there, spacing);
   } else if (!config.allow_overlap) {

@@ -18,16 +18,17 @@ namespace firn {
 
 // A shape as keys: which of them are meant depends on `shape`.
 struct ShapeConfig {
-  std::string shape;                  // ball box cylinder capsule plane height_field mesh flakes
+  std::string shape;                  // ball box cylinder capsule plane height_field mesh flakes particles
   std::optional<Vec3> center;         // ball box cylinder capsule flakes
-  Vec3 offset = Vec3::Zero();         // mesh height_field, m
+  Vec3 offset = Vec3::Zero();         // mesh height_field particles, m
   std::optional<double> radius;       // ball cylinder capsule
   std::optional<Vec3> size;           // box: full edge lengths
   std::optional<double> height;       // cylinder capsule: full height
   Vec3 rotation = Vec3::Zero();       // degrees, about x, then y, then z
   std::optional<Vec3> point, normal;  // plane
-  std::optional<std::string> file;    // mesh (OBJ), height_field (PGM or text raster)
-  double scale = 1;                   // mesh
+  std::optional<std::string> file;    // mesh (OBJ), height_field (PGM or text raster), particles
+  double scale = 1;                   // mesh particles
+  std::optional<double> spacing;      // particles: edge of the cube that each stands for, m
   std::optional<Vec3> extent;         // height_field: width (x), height range (y), depth (z)
   std::optional<double> base;         // height_field: its lower end, m
   int count = 1000;  // flakes: balls of `radius`, scattered in a box of `size` about `center`

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: MIT
 // Bodies whose bounds meet are found by a sweep along the axis on which they are spread most; only their
-// particles are asked one by one.
+// particles are asked one by one. Snow made of points has no surface: it counts as the union of balls about
+// its points that just leave no gap on a cubic lattice.
 #include "src/scene/overlaps.h"
 
 #include <algorithm>
+#include <cmath>
+#include <memory>
 #include <string>
 
 #include "firn/error.h"
 #include "src/core/parallel.h"
+#include "src/geometry/point_tree.h"
+#include "src/scene/place_particles.h"
 #include "src/scene/validate.h"
 
 namespace firn {
@@ -21,7 +26,9 @@ struct Body {
   std::vector<Shape> shapes;
   std::vector<Bounds> bounds;  // of each shape, m
   Bounds all;
-  int snow;  // its index, or -1: a collider
+  int snow;                                      // its index, or -1: a collider
+  std::shared_ptr<const PointTree> points = {};  // of snow made of points that other snow is near to
+  double reach = 0;                              // m, of the ball about each
 };
 
 Body make_body(std::string name, std::vector<Shape> shapes, int snow) {
@@ -33,6 +40,16 @@ Body make_body(std::string name, std::vector<Shape> shapes, int snow) {
   return body;
 }
 
+// `spacing` (m) of the points.
+Body body_of_points(const PlacedSnow& snow, double spacing, int index) {
+  Body body{"snow '" + snow.name + "'", {}, {}, {}, index};
+  body.reach = 0.5 * std::sqrt(3.0) * spacing;
+  for (const Vec3& p : snow.position) body.all.include(p);
+  body.all.min.array() -= body.reach;
+  body.all.max.array() += body.reach;
+  return body;
+}
+
 bool holds(const Bounds& b, const Vec3& p) {
   return (p.array() >= b.min.array()).all() && (p.array() <= b.max.array()).all();
 }
@@ -40,10 +57,14 @@ bool meet(const Bounds& a, const Bounds& b) {
   return (a.min.array() <= b.max.array()).all() && (b.min.array() <= a.max.array()).all();
 }
 
-std::vector<Body> bodies_of(const SolverSetup& setup, const std::vector<std::vector<Shape>>& shapes) {
+std::vector<Body> bodies_of(const SolverSetup& setup, const std::vector<std::vector<Shape>>& shapes,
+                            const std::vector<double>& spacing) {
   std::vector<Body> bodies;
-  for (std::size_t i = 0; i < shapes.size(); ++i)
-    bodies.push_back(make_body("snow '" + setup.snow[i].name + "'", shapes[i], static_cast<int>(i)));
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const int index = static_cast<int>(i);
+    bodies.push_back(shapes[i].empty() ? body_of_points(setup.snow[i], spacing[i], index)
+                                       : make_body("snow '" + setup.snow[i].name + "'", shapes[i], index));
+  }
   for (const Collider& c : setup.colliders) {
     const Shape at_start{c.shape.form, c.motion.pose(c.shape.pose, 0)};
     bodies.push_back(
@@ -85,20 +106,12 @@ std::vector<unsigned char> find_inside(const PlacedSnow& snow, const Body& body,
   parallel_for(inside.size(), 1024, [&](std::size_t i) {
     const Vec3& p = snow.position[i];
     if (!holds(body.all, p)) return;
+    if (body.points) inside[i] = body.points->distance(p) - body.reach < -depth;
     for (std::size_t s = 0; s < body.shapes.size() && !inside[i]; ++s) {
       inside[i] = holds(body.bounds[s], p) && signed_distance(body.shapes[s], p) < -depth;
     }
   });
   return inside;
-}
-
-template <class T>
-void erase_marked(std::vector<T>& column, const std::vector<unsigned char>& marked) {
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < column.size(); ++i) {
-    if (!marked[i]) column[kept++] = column[i];
-  }
-  column.resize(kept);
 }
 
 void trim(const SceneConfig& scene, PlacedSnow& snow, int index, const std::vector<Body>& bodies,
@@ -110,9 +123,7 @@ void trim(const SceneConfig& scene, PlacedSnow& snow, int index, const std::vect
     const auto inside = find_inside(snow, bodies[other], 0);
     for (std::size_t i = 0; i < gone.size(); ++i) gone[i] |= inside[i];
   }
-  if (!snow.packing.empty()) erase_marked(snow.packing, gone);
-  erase_marked(snow.velocity, gone);
-  erase_marked(snow.position, gone);
+  leave_out(snow, gone);
   if (snow.position.empty())
     throw Error(ErrorCode::usage, place_of(scene, table_of("snow", index), "trim"),
                 "all of snow '" + snow.name + "' lies inside other bodies: 'trim' leaves nothing of it");
@@ -128,8 +139,15 @@ bool is_allowed(const SceneConfig& scene, int index, int other) {
 
 void settle_overlaps(const SceneConfig& scene, SolverSetup& setup,
                      const std::vector<std::vector<Shape>>& shapes, const std::vector<double>& spacing) {
-  const std::vector<Body> bodies = bodies_of(setup, shapes);
+  std::vector<Body> bodies = bodies_of(setup, shapes, spacing);
   const auto neighbours = neighbours_of(bodies, setup.snow.size());
+  for (const auto& list : neighbours) {
+    for (const int other : list) {
+      const int index = bodies[other].snow;
+      if (index >= 0 && shapes[index].empty() && !bodies[other].points)
+        bodies[other].points = std::make_shared<PointTree>(setup.snow[index].position);
+    }
+  }
   for (std::size_t i = 0; i < setup.snow.size(); ++i) {
     if (scene.snow[i].trim) trim(scene, setup.snow[i], static_cast<int>(i), bodies, neighbours[i]);
   }

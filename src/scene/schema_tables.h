@@ -54,17 +54,23 @@ void add_shape_keys(TableBuilder<Record>& table, const std::vector<std::string>&
        .meaning = "full height, along its own Y axis; of a capsule: with its round ends"});
   add("rotation", part(&ShapeConfig::rotation),
       {.unit = "degrees",
-       .with = with({"box", "cylinder", "capsule", "height_field", "mesh"}),
-       .meaning = "turns it about x, then y, then z, about its centre"});
+       .with = with({"box", "cylinder", "capsule", "height_field", "mesh", "particles"}),
+       .meaning = "turns it about x, then y, then z, about its centre; of a file, about the file's origin"});
   add("file", part(&ShapeConfig::file),
-      {.with = with({"mesh", "height_field"}),
+      {.with = with({"mesh", "height_field", "particles"}),
        .required = true,
-       .meaning = "mesh: a closed OBJ; height_field: a PGM picture or an ESRI ASCII grid; relative to "
-                  "the scene file"});
+       .meaning =
+           "mesh: a closed OBJ; height_field: a PGM picture or an ESRI ASCII grid; particles: points, as "
+           ".npz or .npy of NumPy, .ply or a particle file of firn; relative to the scene file"});
   add("offset", part(&ShapeConfig::offset),
-      {.unit = "m", .with = with({"mesh", "height_field"}), .meaning = "where the file's origin goes"});
+      {.unit = "m",
+       .with = with({"mesh", "height_field", "particles"}),
+       .meaning = "where the file's origin goes"});
   add("scale", part(&ShapeConfig::scale),
-      {.unit = "m", .range = above(0), .with = with({"mesh"}), .meaning = "metres per unit of the file"});
+      {.unit = "m",
+       .range = above(0),
+       .with = with({"mesh", "particles"}),
+       .meaning = "metres per unit of the file"});
   add("extent", part(&ShapeConfig::extent),
       {.unit = "m",
        .range = above(0),

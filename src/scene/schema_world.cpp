@@ -40,7 +40,8 @@ TableSpec simulation_table() {
   t.key("particles_across", &S::particles_across,
         {.range = between(2, 100000),
          .absent = "40, unless dx is given",
-         .meaning = "particles across the smallest snow object, instead of dx"});
+         .meaning = "particles across the smallest snow object, instead of dx; without a meaning where snow "
+                    "is made of points"});
   t.key("dt", &S::dt,
         {.unit = "s",
          .range = above(0),
@@ -182,12 +183,19 @@ TableSpec snow_table() {
   t.key(
       "name", &SnowConfig::name,
       {.absent = "snow0, snow1, ...", .meaning = "for messages, --set snow.NAME.key and [quick.snow.NAME]"});
-  add_shape_keys(t, {"ball", "box", "cylinder", "capsule", "height_field", "mesh", "flakes"});
+  add_shape_keys(t, {"ball", "box", "cylinder", "capsule", "height_field", "mesh", "flakes", "particles"});
   t.key("count", [](SnowConfig & s) -> auto& { return s.shape.count; },
         {.range = between(1, 10000000),
          .with = {"shape", {"flakes"}},
          .meaning = "flakes: small balls of snow scattered in the region, apart from one another"});
-  t.key("velocity", &SnowConfig::velocity, {.unit = "m/s", .meaning = "at the start"});
+  t.key("spacing", [](SnowConfig & s) -> auto& { return s.shape.spacing; },
+        {.unit = "m",
+         .range = above(0),
+         .with = {"shape", {"particles"}},
+         .absent = "from the file, or else from how densely its points lie",
+         .meaning = "edge of the cube of snow that each point stands for"});
+  t.key("velocity", &SnowConfig::velocity,
+        {.unit = "m/s", .meaning = "at the start; added to that of a file's points"});
   t.key("spin", &SnowConfig::spin, {.unit = "rad/s", .meaning = "at the start, about the shape's centre"});
   t.key(
       "terminal_velocity", &SnowConfig::terminal_velocity,

@@ -184,7 +184,7 @@ Simulation Simulation::load(std::istream& in, const SimulationOptions& options) 
   auto loaded = std::make_unique<State>(std::move(scene), config, options);
   loaded->threads.run([&] {
     for (const SnowConfig& snow : added)
-      loaded->solver.add({snow.name, snow.material, {}, {}, {}, 0, snow.terminal_velocity});
+      loaded->solver.add({snow.name, snow.material, {}, {}, {}, 0, snow.terminal_velocity, {}, {}});
     std::istringstream stream{std::string(state)};
     loaded->solver.load(stream);
   });

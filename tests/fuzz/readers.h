@@ -15,6 +15,7 @@ void mesh(std::string_view input);        // Wavefront OBJ
 void heights(std::string_view input);     // PGM or ESRI ASCII grid
 void images(std::string_view input);      // PNG, PPM or PFM
 void particles(std::string_view input);   // a particle file
+void points(std::string_view input);      // .npz, .npy, .ply or a particle file, as points
 void checkpoint(std::string_view input);  // the file around a saved simulation
 void state(std::string_view input);       // a saved simulation
 void manifest(std::string_view input);    // run.json

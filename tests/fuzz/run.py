@@ -8,13 +8,16 @@ replays.
 
 usage: python3 tests/fuzz/run.py [--minutes M] [READER...]      M minutes of one core each, 5 if not said; all readers if none named"""
 import argparse
+import io
 import math
 import os
 import re
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
+import zipfile
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -53,17 +56,56 @@ FUZZERS = [
            ("P2", "P5", "ncols ", "nrows ", "cellsize ", "nodata_value ", "xllcorner ", "-9999", "1e308")),
     Fuzzer("images", 4096, (), ("IHDR", "IDAT", "PLTE", "tRNS", "IEND", "gAMA", "iCCP", "P6", "PF", "Pf", "-1.0")),
     Fuzzer("particles", 1024),
+    Fuzzer("points", 4096, (),
+           ("ply\n", "format ascii 1.0\n", "format binary_little_endian 1.0\n", "element vertex ", "element face ",
+            "property float x\n", "property double y\n", "property list uchar int vertex_indices\n", "end_header\n",
+            "comment ", "obj_info ", "velocity_x", "scalar_vx", "pscale", "\x01NUMPY", "'descr': '<f8'", "'>i4'", "'|O'",
+            "'fortran_order': True", "'shape': (2, 3)", "PK\x01\x02", "PK\x03\x04", "PK\x05\x06", "PK\x06\x06",
+            "PK\x06\x07", "position.npy", "velocity.npy", "F.npy", "Jp.npy", "nan", "1e999")),
     Fuzzer("checkpoint", 8192),
     Fuzzer("state", 16384),
     Fuzzer("manifest", 16384),
     Fuzzer("journal", 16384),
 ]
+
+
+def array(shape, values, descr="<f8"):
+    """An array as numpy.save writes it."""
+    head = f"{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}".ljust(117) + "\n"
+    return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(head)) + head.encode() + struct.pack(
+        descr[0] + str(len(values)) + {"f8": "d", "f4": "f", "i4": "i"}[descr[1:]], *values)
+
+
+def archive(method, **arrays):
+    """Arrays as numpy.savez writes them, or numpy.savez_compressed."""
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", method) as out:
+        for name, content in arrays.items():
+            with out.open(f"{name}.npy", "w", force_zip64=True) as member:
+                member.write(content)
+    return packed.getvalue()
+
+
+PLACES = (0, 0, 0, 0.1, 0, 0, 0, 0.1, 0, 0, 0, 0.1)  # of 4 points
+PLY_HEAD = ("element vertex 2\nproperty float x\nproperty float y\nproperty float z\nproperty list uchar short tags\n"
+            "property double radius\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n")
 TEXT_SEEDS = {
     "scene/overrides": (ROOT / "scenes/two_snowballs.toml").read_bytes() + b"\0quick\nsnow.young_modulus=2e5\nimage.width=64\n"
                        b"snow[0].radius=0.1\n",
     "mesh/tetrahedron.obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n",
     "mesh/quads.obj": b"mtllib a.mtl\no box\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nusemtl b\n"
                       b"f 4/1/1 3/2/1 2/3/1 1\nf -4 -3 -2 -1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n",
+    "points/all.npz": archive(zipfile.ZIP_STORED, position=array((4, 3), PLACES), velocity=array((4, 3), PLACES, ">f4"),
+                              volume=array((), (1e-3,)), Jp=array((4,), (1, 1, 0.9, 1)),
+                              F=array((4, 3, 3), 4 * (1, 0, 0, 0, 1, 0, 0, 0, 1), "<i4")),
+    "points/packed.npz": archive(zipfile.ZIP_DEFLATED, points=array((4, 3), PLACES), mass=array((4, 1), (1, 2, 3, 4))),
+    "points/places.npy": array((4, 3), PLACES),
+    "points/text.ply": ("ply\r\nformat ascii 1.0\r\ncomment a\r\nobj_info b\r\n" + PLY_HEAD.replace("\n", "\r\n")
+                        + "0 0 0 2 7 8 0.1\r\n1 0 0 0 0.1\r\n3 0 1 0\r\n").encode(),
+    "points/little.ply": ("ply\nformat binary_little_endian 1.0\n" + PLY_HEAD).encode()
+                         + 2 * (struct.pack("<fffB", 1, 2, 3, 1) + struct.pack("<hd", 7, 0.1)) + struct.pack("<Biii", 3, 0, 1, 0),
+    "points/big.ply": ("ply\nformat binary_big_endian 1.0\n" + PLY_HEAD).encode()
+                      + 2 * (struct.pack(">fffB", 1, 2, 3, 0) + struct.pack(">d", 0.1)) + struct.pack(">Biii", 3, 0, 1, 0),
     "heights/text.pgm": b"P2\n# a comment\n3 2\n255\n0 51 102\n153 204 255\n",
     "heights/small.pgm": b"P5 3 2 255\n\x00\x33\x66\x99\xcc\xff",
     "heights/wide.pgm": b"P5 2 2 65535\n\x00\x00\x33\x66\x99\xcc\xff\xff",

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // In: a folder. Out: small files of firn's own formats in it, for the fuzzers to start from, in a folder a
-// reader: particles/, checkpoint/, state/, manifest/, journal/, images/; and params.txt, all keys of a scene.
+// reader: particles/, points/, checkpoint/, state/, manifest/, journal/, images/; and params.txt, all keys of
+// a scene.
 #include <cstdio>
 #include <sstream>
 #include <string>
@@ -37,6 +38,7 @@ void write_snow(const std::filesystem::path& folder) {
   snow.snapshot(snapshot);
   snapshot.resize(3);
   write_file(place(folder, "particles", "three"), encode_snapshot(snapshot));
+  write_file(place(folder, "points", "three"), encode_snapshot(snapshot));
   write_file(place(folder, "particles", "none"), encode_snapshot(Snapshot{}));
   std::ostringstream state;
   snow.save(state);

@@ -17,9 +17,10 @@ struct Reader {
   void (*read)(std::string_view);
 };
 constexpr Reader kReaders[] = {
-    {"scene", fuzz::scene},   {"mesh", fuzz::mesh},           {"heights", fuzz::heights},
-    {"images", fuzz::images}, {"particles", fuzz::particles}, {"checkpoint", fuzz::checkpoint},
-    {"state", fuzz::state},   {"manifest", fuzz::manifest},   {"journal", fuzz::journal},
+    {"scene", fuzz::scene},           {"mesh", fuzz::mesh},           {"heights", fuzz::heights},
+    {"images", fuzz::images},         {"particles", fuzz::particles}, {"points", fuzz::points},
+    {"checkpoint", fuzz::checkpoint}, {"state", fuzz::state},         {"manifest", fuzz::manifest},
+    {"journal", fuzz::journal},
 };
 
 // Whether the reader took it; an Error is an answer, anything else ends the test.

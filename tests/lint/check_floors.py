@@ -20,7 +20,7 @@ BELOW = {
 }
 PUBLIC = ["include", "examples"]  # what others see: nothing of src/ or of the libraries that it uses
 KERNEL_SYSTEM_HEADERS = {"bit", "cmath", "cstddef", "cstdint", "cstring", "immintrin.h", "limits", "type_traits"}
-ONE_FILE_LIBRARIES = ["toml++/", "CLI/", "nlohmann/", "tiny_obj_loader.h", "png.h", "xxhash.h", "webp/"]
+ONE_FILE_LIBRARIES = ["toml++/", "CLI/", "nlohmann/", "tiny_obj_loader.h", "png.h", "xxhash.h", "webp/", "zlib.h"]
 INCLUDE = re.compile(r'^\s*#\s*include\s+([<"])([^>"]+)[>"]', re.M)
 
 

@@ -9,12 +9,13 @@ from program import ProgramTest
 from checks import Checks, Estimates
 from damage import Damage, MadeAgain
 from interruptions import FirstFrame, Interruptions, Movies
+from points import Points
 from runs import Refusals, Runs
 from same_bits import SameBits
 from words import Words
 from writers import Sharing, Writers
 
-FAST = [Checks, Damage, Movies, Refusals, Runs, SameBits, Words, Writers]
+FAST = [Checks, Damage, Movies, Points, Refusals, Runs, SameBits, Words, Writers]
 SLOW = [Estimates, FirstFrame, Interruptions, MadeAgain, Sharing]
 
 

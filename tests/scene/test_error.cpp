@@ -117,7 +117,7 @@ TEST_CASE("a table that lacks a key says which, with its unit") {
        "the capsule, of one flake"},
       {"[[snow]]\nradius = 1",
        "scene.toml:1:1: [[snow]] lacks 'shape', one of ball, box, cylinder, capsule, height_field, mesh, "
-       "flakes: what "
+       "flakes, particles: what "
        "it is "
        "shaped like"},
       {kBall + "[[light]]\ntype = \"sphere\"\nradius = 1\nradiance = 3",
