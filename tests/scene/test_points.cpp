@@ -239,8 +239,7 @@ TEST_CASE("Points overlap other snow and colliders, whichever stands first, and 
   CHECK_REFUSES(build_simulation(files.scene(cube, "", "[ground]\nheight = 0.05\n")),
                 "starts inside the ground");
 
-  const SolverSetup half =
-      build_simulation(files.scene(cube, "trim = true\n", "[ground]\nheight = 0.05\n"));
+  const SolverSetup half = build_simulation(files.scene(cube, "trim = true\n", "[ground]\nheight = 0.05\n"));
   CHECK(half.snow[0].position.size() == 500);
   CHECK(half.snow[0].volume.size() == 500);
   CHECK(half.snow[0].particle_volume == Approx(1e-6 * 501 / 500));
