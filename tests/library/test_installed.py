@@ -135,8 +135,8 @@ class Installed(unittest.TestCase):
         self.assertRegex(self.words(self.example("particles")), r"densest \d{3}\.\d kg/m\^3, mean pressure \d+\.\d Pa")
         blade = [[float(word) for word in line.split()] for line in self.words(self.example("driven_blade", True)).splitlines()[1:]]
         self.assertEqual(len(blade), 10)
-        self.assertTrue(all(row[3] <= 0 for row in blade), blade)  # snow holds it back
-        self.assertLess(blade[-1][3], -10)
+        self.assertLess(sum(row[3] for row in blade) / len(blade), -50)  # snow holds it back
+        self.assertLess(blade[-1][2], 400 / 20 * 0.3)
         self.assertRegex(self.words(self.example("snow_comes_and_goes")), r"(?s)(\d+ particles, \d+ taken out.*\n){4}")
 
     def cmake(self, folder, root, asked, target="firn::firn"):
