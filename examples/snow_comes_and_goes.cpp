@@ -3,6 +3,8 @@
 //   snow_comes_and_goes
 #include <firn/firn.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <vector>
@@ -26,7 +28,7 @@ int main() try {
     std::vector<std::uint32_t> gone;
     for (std::size_t i = 0; i < snow.size(); ++i) {
       const firn::Vector3 x = snow.world_position(i);
-      if (x[0] * x[0] + x[2] * x[2] > 0.22 * 0.22) gone.push_back(snow.id[i]);
+      if (std::max(std::abs(x[0]), std::abs(x[2])) > 0.21) gone.push_back(snow.id[i]);
     }
     const std::size_t removed = simulation.remove_snow(gone);
     std::printf("%.2f s: %zu particles, %zu taken out, %.3f kg\n", simulation.time(), simulation.size(),

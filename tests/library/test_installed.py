@@ -137,7 +137,7 @@ class Installed(unittest.TestCase):
         self.assertEqual(len(blade), 10)
         self.assertLess(sum(row[3] for row in blade) / len(blade), -50)  # snow holds it back
         self.assertLess(blade[-1][2], 400 / 20 * 0.3)
-        self.assertRegex(self.words(self.example("snow_comes_and_goes")), r"(?s)(\d+ particles, \d+ taken out.*\n){4}")
+        self.assertRegex(self.words(self.example("snow_comes_and_goes")), r"^(\S+ s: \d+ particles, \d+ taken out, \S+ kg\n){4}$")
 
     def cmake(self, folder, root, asked, target="firn::firn"):
         """A project of CMake with the example `session`, made with an installation at `root`."""
