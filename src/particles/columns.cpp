@@ -8,24 +8,14 @@
 
 #include "src/core/aligned.h"
 #include "src/core/parallel.h"
+#include "src/particles/column_bytes.h"
 
 namespace firn {
-
-namespace {
-
-constexpr std::size_t kCacheLine = 64;
-
-std::size_t column_bytes(std::size_t count) {
-  const std::size_t padded = (count * sizeof(std::uint32_t) + kCacheLine - 1) / kCacheLine * kCacheLine;
-  return padded + kCacheLine;
-}
-
-}  // namespace
 
 void ParticleColumns::Free::operator()(void* p) const { std::free(p); }
 
 void ParticleColumns::allocate(std::size_t count) {
-  const std::size_t stride = column_bytes(count);
+  const std::size_t stride = column_bytes(count, sizeof(std::uint32_t));
   arena_bytes_ = stride * columns_.size();
   arena_.reset(static_cast<std::byte*>(allocate_aligned(arena_bytes_)));
   const std::size_t used = count * sizeof(std::uint32_t);

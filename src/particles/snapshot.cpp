@@ -8,20 +8,9 @@
 
 #include "src/core/aligned.h"
 #include "src/core/rotation.h"
+#include "src/particles/column_bytes.h"
 
 namespace firn {
-
-namespace {
-
-constexpr std::size_t kCacheLine = 64;
-
-// Padded to whole cache lines, and one more, so that streams of several columns do not alias.
-std::size_t column_bytes(std::size_t count, std::size_t size) {
-  if (count == 0) return 0;
-  return (count * size + kCacheLine - 1) / kCacheLine * kCacheLine + kCacheLine;
-}
-
-}  // namespace
 
 void Snapshot::Free::operator()(std::byte* memory) const { std::free(memory); }
 
@@ -45,7 +34,7 @@ std::size_t Snapshot::lay_out(std::size_t particles, const StateColumns& state, 
   std::size_t used = 0;
   for_each_column(*this, state, [&](auto& column, std::size_t width, bool wanted) {
     const std::size_t count = wanted ? particles : 0, size = sizeof *column.data();
-    const std::size_t bytes = column_bytes(count, size);
+    const std::size_t bytes = count > 0 ? column_bytes(count, size) : 0;
     using Entry = std::remove_pointer_t<decltype(column.data())>;
     column.data_ = memory != nullptr && count > 0 ? reinterpret_cast<Entry*>(memory + used) : nullptr;
     column.size_ = count;
