@@ -158,8 +158,10 @@ std::vector<Vec3> vectors(const Array& array, std::optional<std::size_t> count) 
   const auto& shape = array.shape;
   if (shape.size() != 2 || shape[1] != 3 || shape[0] != count.value_or(shape[0])) {
     const bool turned = shape.size() == 2 && shape[0] == 3 && shape[1] == count.value_or(shape[1]);
-    refuse_shape(array, "(" + (count ? std::to_string(*count) : std::string("N")) + ", 3)",
-                 turned ? ": save its transpose, a row a point" : "");
+    std::string expected = "(";
+    expected += count ? std::to_string(*count) : "N";
+    expected += ", 3)";
+    refuse_shape(array, expected, turned ? ": save its transpose, a row a point" : "");
   }
   std::vector<Vec3> rows(shape[0]);
   for (std::size_t i = 0; i < rows.size(); ++i)
