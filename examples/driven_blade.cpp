@@ -29,7 +29,8 @@ int main() try {
   std::printf("%8s %10s %10s %12s %14s\n", "time s", "blade m", "m/s", "snow N", "torque z N m");
   for (int frame = 1; frame <= 10; ++frame) {
     simulation.advance_to(frame * 0.03);
-    std::printf("%8.3f %10.4f %10.4f %12.2f %14.3f\n", simulation.time(), blade.position[0], speed,
+    // As it was told before the last step.
+    std::printf("%8.4f %10.4f %10.4f %12.2f %14.3f\n", blade.time, blade.position[0], blade.velocity[0],
                 blade.force[0], blade.torque[2]);
   }
 } catch (const firn::Error& error) {

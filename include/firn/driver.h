@@ -17,8 +17,10 @@ struct DrivenCollider {
   Vector3 velocity{};             // m/s, of the pivot during the last step
   Vector3 angular_velocity{};     // rad/s
   double dt = 0;                  // s, how long the last step was; 0: there was none
-  Vector3 force{};                // N, of the snow on the collider: the mean over the last step
-  Vector3 torque{};               // N m, about the pivot
+  // N, of the snow on the collider, where metrics tell that of the collider on the snow: the mean over the
+  // last step.
+  Vector3 force{};
+  Vector3 torque{};  // N m, about the pivot
 };
 
 // How the collider is to move during the next step.
@@ -27,6 +29,7 @@ struct ColliderVelocity {
   Vector3 angular{};  // rad/s
 };
 
+// May look at its simulation (metrics, snapshot, save), but not step or change it.
 using ColliderDriver = std::function<ColliderVelocity(const DrivenCollider&)>;
 
 }  // namespace firn

@@ -17,12 +17,14 @@ struct TimeStep {
   std::string cause;
 };
 
-// What a collider does to the snow: the mean over the frame (from the last time that advance_to() reached, or
-// over the last step()). Snow that sleeps counts with the force that carries it.
+// What a collider does to the snow, which is what the snow does to it with the other sign: the ground, whose
+// name is "ground", pushes snow at rest upwards with its weight. The mean over the last advance_to() or
+// step(), an advance_to() that was stopped and the one that goes on with it being one; 0 before the first.
+// Snow that sleeps counts with the force that carries it.
 struct ContactForce {
   std::string collider;
   Vector3 force{};   // N
-  Vector3 torque{};  // N m, about the collider's pivot
+  Vector3 torque{};  // N m, about where the collider's pivot is now
 };
 
 struct Metrics {

@@ -38,7 +38,8 @@ class FIRN_API Simulation {
   // Steps until `time` (s) is reached exactly; does nothing if it has passed. False if a stop was requested
   // first: the state is then between two steps, and as good as any. Errors: unstable Error that names step,
   // particle and likely cause; usage Error for a time that is not finite, and after load() while a collider
-  // that was driven has no driver; whatever a driver throws.
+  // that was driven has no driver; whatever a driver throws; inside of a
+  // driver a usage Error.
   bool advance_to(double time, const std::stop_token& stop = {});
   // One step of the longest stable length, or of the scene's fixed one. Returns it, s. Errors: as above.
   double step();
@@ -58,6 +59,7 @@ class FIRN_API Simulation {
   int add_snow(const Table& keys, const Place& place);
   int add_snow(const Table& keys, const char* file = __builtin_FILE(), int line = __builtin_LINE());
   // Takes the particles with these ids (in any order) out of the simulation. Returns how many there were.
+  // Errors: unstable Error for a state that has blown up.
   std::size_t remove_snow(std::span<const std::uint32_t> ids);
 
   // The named collider moves as `driver` says, from now on and from where it is. The driver is called once
@@ -66,7 +68,8 @@ class FIRN_API Simulation {
   void drive(const std::string& collider, ColliderDriver driver);
 
   // The whole state with its scene, bit for bit: what load() makes goes on as this would have. Drivers cannot
-  // be saved: drive() gives them again. Errors: io Error if the stream fails, or holds something else.
+  // be saved: drive() gives them again. Files that the scene names are read again by load(). Errors: io Error
+  // if the stream fails or holds something else; those of the constructor.
   void save(std::ostream& out) const;
   static Simulation load(std::istream& in, const SimulationOptions& options = {});
 

@@ -16,6 +16,9 @@ namespace firn {
 template <class T>
 class Column {
  public:
+  Column() = default;
+  Column(const Column&) = delete;
+  Column& operator=(const Column&) = delete;
   std::size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
   T* data() { return data_; }
@@ -42,6 +45,9 @@ class Column {
 template <class T, std::size_t width>
 class Columns {
  public:
+  Columns() = default;
+  Columns(const Columns&) = delete;
+  Columns& operator=(const Columns&) = delete;
   static constexpr std::size_t kWidth = width;
   std::size_t size() const { return size_; }      // particles
   std::size_t stride() const { return stride_; }  // entries from one component to the next, >= size()
@@ -108,7 +114,7 @@ class FIRN_API Snapshot {
 
   // Other columns, whose values are left to be written. The memory is used again where it is large enough.
   void resize(std::size_t particles, const StateColumns& state = {});
-  StateColumns state() const { return {!F.empty(), !Jp.empty(), !J.empty(), !stress.empty()}; }
+  const StateColumns& state() const { return state_; }  // those that it has
 
  private:
   struct Free {
@@ -121,6 +127,7 @@ class FIRN_API Snapshot {
 
   std::unique_ptr<std::byte[], Free> memory_;
   std::size_t capacity_ = 0;  // bytes
+  StateColumns state_;
 };
 
 }  // namespace firn

@@ -18,9 +18,13 @@ void Solver::State::require_sound() const {
 }
 
 std::size_t Solver::State::remove(const std::vector<std::uint32_t>& ids) {
+  require_idle();
   require_sound();
   std::vector<std::uint32_t> gone = ids;
   std::sort(gone.begin(), gone.end());
+  const auto is_gone = [&](std::uint32_t id) { return std::binary_search(gone.begin(), gone.end(), id); };
+  const auto* const all = particles.view().id;
+  if (std::none_of(all, all + particles.size(), is_gone)) return 0;
   if (summary.strayed) sort();
   const kernels::ParticleView p = particles.view();
   std::vector<std::uint32_t> order;
@@ -29,8 +33,7 @@ std::size_t Solver::State::remove(const std::vector<std::uint32_t>& ids) {
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     const std::size_t begin = order.size(), before = blocks.begin[b + 1] - blocks.begin[b];
     for (std::size_t i = blocks.begin[b]; i < blocks.begin[b + 1]; ++i) {
-      if (!std::binary_search(gone.begin(), gone.end(), p.id[i]))
-        order.push_back(static_cast<std::uint32_t>(i));
+      if (!is_gone(p.id[i])) order.push_back(static_cast<std::uint32_t>(i));
     }
     if (order.size() - begin != before) touched.push_back(blocks.key[b]);
     if (order.size() == begin) continue;
@@ -40,7 +43,6 @@ std::size_t Solver::State::remove(const std::vector<std::uint32_t>& ids) {
     kept.calm.push_back(blocks.calm[b]);
   }
   const std::size_t removed = particles.size() - order.size();
-  if (removed == 0) return 0;
   kept.begin.push_back(order.size());
   for (std::size_t b = 0; b < kept.size(); ++b) {  // what lay on them may fall
     const auto around = keys_around(kept.coord[b]);

@@ -9,7 +9,6 @@
 // checkpoint.
 #pragma once
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "src/core/vector.h"
@@ -46,7 +45,10 @@ struct ContactForces {
   explicit ContactForces(std::size_t colliders) : impulse(colliders), on_sleepers(colliders) {}
 
   void begin_if_complete(double time) {
-    if (!std::exchange(complete, false)) return;
+    if (complete) begin(time);
+  }
+  void begin(double time) {
+    complete = false;
     impulse.assign(impulse.size(), {});
     since = time;
   }

@@ -48,6 +48,38 @@ DrivenCollider as_told(const Solver::State& s, const Driven& d, const MotionKey&
   return out;
 }
 
+[[noreturn]] void refuse_driver(const Solver::State& s, const Driven& d, const std::string& what) {
+  throw Error(ErrorCode::usage, "",
+              "the driver of collider '" + s.setup.colliders[d.collider].name + "' " + what);
+}
+
+// The velocity that a program wants, in the simulation's frame.
+ColliderVelocity answer_of(const Solver::State& s, const Driven& d, const MotionKey& now) {
+  if (!d.driver) {
+    throw Error(ErrorCode::usage, "",
+                "collider '" + s.setup.colliders[d.collider].name +
+                    "' was driven when this state was saved: give its driver again before going on");
+  }
+  const ColliderVelocity wanted = d.driver(as_told(s, d, now));
+  const Vec3 linear = vec(wanted.linear), angular = vec(wanted.angular);
+  if (!linear.allFinite() || !angular.allFinite())
+    refuse_driver(s, d, "returned a velocity that is not finite");
+  const Mat3 to_local = s.setup.frame ? Mat3(s.setup.frame->rotation.transpose()) : Mat3(Mat3::Identity());
+  return {array_of(to_local * linear), array_of(to_local * angular)};
+}
+
+// Where that leads, later than any step will end: a step is at most half as long.
+MotionKey key_after(const Solver::State& s, const Driven& d, const MotionKey& now,
+                    const ColliderVelocity& velocity) {
+  const double longest = s.setup.fixed_dt.value_or(s.setup.max_dt);  // s
+  const Vec3 linear = vec(velocity.linear), angular = vec(velocity.angular);
+  if (s.setup.fixed_dt && angular.norm() * longest > kMostTurn)
+    refuse_driver(s, d, "turns it by more than 1 rad in a step of the fixed dt");
+  const double seconds = std::min(2 * longest, 2 * kMostTurn / angular.norm());
+  if (!(s.time + seconds > s.time)) refuse_driver(s, d, "turns it faster than any step can follow");
+  return {s.time + seconds, now.shift + seconds * linear, rotation_by(seconds * angular) * now.rotation};
+}
+
 }  // namespace
 
 bool is_driven(const Solver::State& state, std::size_t collider) {
@@ -55,33 +87,37 @@ bool is_driven(const Solver::State& state, std::size_t collider) {
                      [&](const Driven& d) { return d.collider == collider; });
 }
 
+void Solver::State::require_idle() const {
+  if (!asking) return;
+  throw Error(ErrorCode::usage, "",
+              "a driver may look at its simulation, but not step it, change it or give it other drivers");
+}
+
+// Nothing changes until all have answered.
 void Solver::State::ask_drivers() {
-  const double longest = setup.fixed_dt.value_or(setup.max_dt);  // s
-  for (Driven& d : driven) {
+  struct Answer {
+    ColliderVelocity velocity;
+    MotionKey begin, end;
+  };
+  std::vector<Answer> answers;
+  asking = true;
+  try {
+    for (const Driven& d : driven) {
+      const MotionKey now = key_at(setup.colliders[d.collider], time);
+      const ColliderVelocity velocity = answer_of(*this, d, now);
+      answers.push_back({velocity, now, key_after(*this, d, now, velocity)});
+    }
+  } catch (...) {
+    asking = false;
+    throw;
+  }
+  asking = false;
+  for (std::size_t k = 0; k < driven.size(); ++k) {
+    Driven& d = driven[k];
     Collider& collider = setup.colliders[d.collider];
-    if (!d.driver) {
-      throw Error(ErrorCode::usage, "",
-                  "collider '" + collider.name +
-                      "' was driven when this state was saved: give its driver again before going on");
-    }
-    const MotionKey now = key_at(collider, time);
-    const ColliderVelocity wanted = d.driver(as_told(*this, d, now));
-    const Vec3 linear = vec(wanted.linear), angular = vec(wanted.angular);
-    if (!linear.allFinite() || !angular.allFinite()) {
-      throw Error(ErrorCode::usage, "",
-                  "the driver of collider '" + collider.name + "' returned a velocity that is not finite");
-    }
-    const Mat3 to_local = setup.frame ? Mat3(setup.frame->rotation.transpose()) : Mat3(Mat3::Identity());
-    d.velocity = {array_of(to_local * linear), array_of(to_local * angular)};
-    if (setup.fixed_dt && angular.norm() * longest > kMostTurn) {
-      throw Error(ErrorCode::usage, "",
-                  "the driver of collider '" + collider.name +
-                      "' turns it by more than 1 rad in a step of the fixed dt");
-    }
-    const double seconds = std::min(2 * longest, 2 * kMostTurn / angular.norm());
-    d.begin = now;
-    d.end = {time + seconds, now.shift + seconds * vec(d.velocity.linear),
-             rotation_by(seconds * vec(d.velocity.angular)) * now.rotation};
+    d.velocity = answers[k].velocity;
+    d.begin = answers[k].begin;
+    d.end = answers[k].end;
     collider.motion = Motion({d.begin, d.end}, collider.shape.pose.translation);
   }
 }
@@ -98,6 +134,7 @@ void Solver::State::note_driven(double dt) {
 
 void Solver::drive(std::size_t index, ColliderDriver driver) {
   State& s = *state_;
+  s.require_idle();
   for (Driven& d : s.driven) {
     if (d.collider == index) {
       d.driver = std::move(driver);

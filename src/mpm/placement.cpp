@@ -273,6 +273,7 @@ void place_particles(Solver::State& state) {
 
 // The old particles keep their place to the last bit, and new ones are sorted in among them.
 void Solver::State::add(PlacedSnow snow) {
+  require_idle();
   require_sound();
   check_finite(snow);
   check_count(next_id + snow.position.size(), setup.snow.size() + 1);

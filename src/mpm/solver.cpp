@@ -21,6 +21,7 @@ Solver::Solver(Solver&&) noexcept = default;
 
 bool Solver::advance_to(double time, const std::stop_token& stop) {
   State& s = *state_;
+  s.require_idle();
   if (s.time < time) s.forces.begin_if_complete(s.time);
   while (s.time < time) {
     if (stop.stop_requested()) return false;
@@ -29,6 +30,8 @@ bool Solver::advance_to(double time, const std::stop_token& stop) {
     // The rest is cut into equal steps, so that none is tiny. A hair's breadth is no reason for one more.
     const double steps = std::max(1.0, std::ceil((time - s.time) / limit.dt - 1e-6));
     const double end = steps == 1 ? time : s.time + (time - s.time) / steps;
+    if (!(end > s.time))
+      throw Error(ErrorCode::unstable, "", "no step is short enough for the " + limit.cause);
     s.last_step.cause = limit.cause;
     s.checked_step(end - s.time);
     s.time = end;
@@ -39,8 +42,9 @@ bool Solver::advance_to(double time, const std::stop_token& stop) {
 
 void Solver::step(double dt) {
   if (!(dt > 0)) throw Error(ErrorCode::usage, "", "a step needs dt > 0");
+  state_->require_idle();
   state_->ask_drivers();
-  state_->forces.begin_if_complete(state_->time);
+  state_->forces.begin(state_->time);
   state_->checked_step(dt);
   state_->forces.complete = true;
 }
@@ -53,10 +57,13 @@ void Solver::State::checked_step(double dt) {
 }
 
 double Solver::stable_advance() {
+  state_->require_idle();
   state_->ask_drivers();
   const TimeStep limit = stable_step();
+  if (!(state_->time + limit.dt > state_->time))
+    throw Error(ErrorCode::unstable, "", "no step is short enough for the " + limit.cause);
   state_->last_step.cause = limit.cause;
-  state_->forces.begin_if_complete(state_->time);
+  state_->forces.begin(state_->time);
   state_->checked_step(limit.dt);
   state_->forces.complete = true;
   return limit.dt;

@@ -56,6 +56,7 @@ struct Solver::State {
   std::vector<std::size_t> thin_indices;  // of the colliders whose particles are watched
   ContactForces forces;
   std::vector<Driven> driven;           // colliders that a program drives
+  bool asking = false;                  // their drivers, which must not change anything
   std::vector<Impulse> chunk_impulses;  // of a step: one a collider a chunk of grid blocks
   std::vector<SleepingNodes> sleeping;  // of each grid block
   double plastic_work = 0;              // J, since the start
@@ -76,6 +77,7 @@ struct Solver::State {
   std::function<void(const char* stage)> after_stage;  // for benches, which time the stages; else empty
 
   // driven.cpp
+  void require_idle() const;    // usage Error inside of a driver
   void ask_drivers();           // before a step, whose length is not known yet
   void note_driven(double dt);  // after it
 

@@ -31,6 +31,7 @@ void Snapshot::for_each_column(Snapshot& s, const StateColumns& state, Visit&& v
 }
 
 std::size_t Snapshot::lay_out(std::size_t particles, const StateColumns& state, std::byte* memory) {
+  state_ = state;
   std::size_t used = 0;
   for_each_column(*this, state, [&](auto& column, std::size_t width, bool wanted) {
     const std::size_t count = wanted ? particles : 0, size = sizeof *column.data();
@@ -83,17 +84,10 @@ void Snapshot::swap(Snapshot& other) noexcept {
   std::swap(dx, other.dx);
   std::swap(memory_, other.memory_);
   std::swap(capacity_, other.capacity_);
-  std::swap(position, other.position);
-  std::swap(velocity, other.velocity);
-  std::swap(density, other.density);
-  std::swap(volume0, other.volume0);
-  std::swap(rotation, other.rotation);
-  std::swap(id, other.id);
-  std::swap(object, other.object);
-  std::swap(F, other.F);
-  std::swap(Jp, other.Jp);
-  std::swap(J, other.J);
-  std::swap(stress, other.stress);
+  std::swap(state_, other.state_);
+  const std::size_t particles = size();
+  lay_out(other.size(), state_, memory_.get());
+  other.lay_out(particles, other.state_, other.memory_.get());
 }
 
 Matrix3 Snapshot::rotation_matrix(std::size_t i) const {

@@ -2,13 +2,12 @@
 #include "src/scene/add_snow.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <map>
 #include <string>
+#include <utility>
 
 #include "firn/error.h"
 #include "src/core/parallel.h"
+#include "src/geometry/point_tree.h"
 #include "src/scene/place_particles.h"
 #include "src/scene/place_points.h"
 #include "src/scene/validate.h"
@@ -16,53 +15,22 @@
 namespace firn {
 namespace {
 
-Bounds bounds_of(const std::vector<Vec3>& points, double margin) {
-  Bounds bounds;
-  for (const Vec3& p : points) bounds.include(p);
-  bounds.min -= Vec3::Constant(margin);
-  bounds.max += Vec3::Constant(margin);
-  return bounds;
-}
-
-// The snow that is there already, in cells as wide as the distance that is asked for: a point has to look at
-// 27 of them.
-class Neighbours {
- public:
-  Neighbours(const Snapshot& snow, const Bounds& bounds, double distance) : distance_(distance) {
-    for (std::size_t i = 0; i < snow.size(); ++i) {
-      const Vec3 p = vec(snow.world_position(i));
-      if ((p.array() < bounds.min.array()).any() || (p.array() > bounds.max.array()).any()) continue;
-      cells_[cell(p)].push_back(p);
-    }
-  }
-  bool is_near(const Vec3& p) const {
-    const auto home = cell(p);
-    for (int n = 0; n < 27; ++n) {
-      const auto found = cells_.find({home[0] + n % 3 - 1, home[1] + n / 3 % 3 - 1, home[2] + n / 9 - 1});
-      if (found == cells_.end()) continue;
-      for (const Vec3& q : found->second) {
-        if ((p - q).norm() < distance_) return true;
-      }
-    }
-    return false;
-  }
-
- private:
-  using Cell = std::array<long, 3>;
-  Cell cell(const Vec3& p) const {
-    return {std::lround(std::floor(p.x() / distance_)), std::lround(std::floor(p.y() / distance_)),
-            std::lround(std::floor(p.z() / distance_))};
-  }
-  double distance_;
-  std::map<Cell, std::vector<Vec3>> cells_;
-};
-
 using Marks = std::vector<unsigned char>;  // one a particle
 
+// Nearer than `distance` (m) to snow that is there already.
 Marks near_snow(const PlacedSnow& snow, const Snapshot& other, double distance) {
-  const Neighbours there(other, bounds_of(snow.position, distance), distance);
+  Bounds bounds;
+  for (const Vec3& p : snow.position) bounds.include(p);
+  std::vector<Vec3> there;
+  for (std::size_t i = 0; i < other.size(); ++i) {
+    const Vec3 p = vec(other.world_position(i));
+    const Vec3 beyond = (bounds.min - p).cwiseMax(p - bounds.max);
+    if (beyond.maxCoeff() <= distance) there.push_back(p);
+  }
+  const PointTree tree(std::move(there));
   Marks marks(snow.position.size());
-  parallel_for(marks.size(), 1024, [&](std::size_t i) { marks[i] = there.is_near(snow.position[i]); });
+  parallel_for(marks.size(), 1024,
+               [&](std::size_t i) { marks[i] = tree.distance(snow.position[i]) < distance; });
   return marks;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Colliders that a program drives, and states that are saved and gone on with.
 #include <cmath>
+#include <cstdint>
+#include <functional>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -204,6 +206,62 @@ TEST_CASE("what a driver may not do is refused, and what it throws comes out") {
   CHECK(simulation.time() > 0.01);
   simulation.drive("plate", still);
   CHECK(simulation.advance_to(0.1));
+}
+
+TEST_CASE("a driver may look at its simulation, but neither step nor change it") {
+  Scene scene = with_plate();
+  scene.add("collider", {{"name", "other"}, {"shape", "ball"}, {"radius", 0.05}, {"center", {0.4, 0.3, 0}}});
+  Simulation simulation(scene);
+  std::vector<std::uint32_t> ids = {0};
+  const auto still = [](const DrivenCollider&) { return ColliderVelocity{}; };
+  const std::vector<std::function<void()>> forbidden = {
+      [&] { simulation.step(); },
+      [&] { simulation.advance_to(1); },
+      [&] { simulation.drive("plate", still); },
+      [&] { simulation.drive("other", still); },
+      [&] { simulation.add_snow(kBall); },
+      [&] { simulation.remove_snow(ids); },
+  };
+  for (const auto& act : forbidden) {
+    simulation.drive("plate", [&](const DrivenCollider& now) {
+      CHECK(simulation.metrics().time == now.time);
+      act();
+      return ColliderVelocity{{1, 0, 0}, {}};
+    });
+    const std::uint64_t before = simulation.hash();
+    CHECK_THAT(refusal([&] { simulation.step(); }).what(), Catch::Matchers::Contains("a driver may look"));
+    CHECK(simulation.hash() == before);
+    simulation.drive("plate", still);
+    simulation.step();
+  }
+}
+
+TEST_CASE("velocities that no step can follow are refused, and those of a failed step are forgotten") {
+  Simulation simulation(with_plate());
+  DrivenCollider told;
+  ColliderVelocity wanted;
+  simulation.drive("plate", [&](const DrivenCollider& now) {
+    told = now;
+    return wanted;
+  });
+  for (const ColliderVelocity& huge :
+       {ColliderVelocity{{1e300, 0, 0}, {}}, ColliderVelocity{{}, {0, 1e300, 0}}}) {
+    wanted = {};
+    simulation.step();
+    wanted = huge;
+    CHECK_THROWS_AS(simulation.advance_to(simulation.time() + 0.01), Error);
+    wanted = {};
+  }
+  Simulation other(with_plate());
+  other.drive("plate", [&](const DrivenCollider& now) -> ColliderVelocity {
+    told = now;
+    if (now.time > 0) throw std::runtime_error("enough");
+    return {{0.25, 0, 0}, {}};
+  });
+  other.step();
+  CHECK_THROWS_WITH(other.step(), "enough");
+  CHECK_THROWS_WITH(other.step(), "enough");
+  CHECK(told.velocity == Vector3{0.25, 0, 0});
 }
 
 }  // namespace firn::test::driven

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <stop_token>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "firn/firn.h"
@@ -225,6 +226,43 @@ TEST_CASE("snow that is taken out is gone, and what lay on it falls") {
   simulation.add_snow(kBall);
   CHECK(simulation.snapshot().id[0] >= snow.size());
   CHECK(simulation.advance_to(simulation.time() + 0.02));
+}
+
+TEST_CASE("the ground carries snow at rest, and the force is that of the last call") {
+  Scene scene = bed({0.2, 0.2, 0.2});
+  scene.set("snow.bed.preset", "powder");
+  Simulation simulation(scene);
+  CHECK(simulation.metrics().contacts.at(0).force == Vector3{});
+  simulation.advance_to(2.0);
+  simulation.advance_to(2.1);
+  const Metrics m = simulation.metrics();
+  CHECK(m.contacts.at(0).collider == "ground");
+  CHECK(m.contacts[0].force[1] == Approx(m.mass * kGravity).epsilon(0.01));
+  simulation.add_snow(kBall);
+  int steps = 0;
+  simulation.step();
+  while (++steps < 400) simulation.step();  // the ball is on its way, then on the bed
+  const double since = simulation.time(), dt = simulation.step();
+  const double before = simulation.metrics().momentum[1];
+  const double more = simulation.step();
+  const Metrics after = simulation.metrics();
+  CHECK(since + dt + more == Approx(simulation.time()));
+  const double force = (after.momentum[1] - before) / more + after.mass * kGravity;
+  CHECK(after.contacts[0].force[1] == Approx(force).epsilon(0.05).margin(0.05 * after.mass * kGravity));
+}
+
+// A copy would write into constant snapshots, or outlive its own.
+static_assert(!std::is_copy_constructible_v<Column<float>> && !std::is_copy_assignable_v<Columns<float, 3>>);
+
+TEST_CASE("taking out what is not there changes nothing") {
+  Simulation one(bed()), two(bed());
+  for (int k = 0; k < 40; ++k) {
+    one.step();
+    two.step();
+    CHECK(two.remove_snow(std::vector<std::uint32_t>{4'000'000'000u}) == 0);
+  }
+  CHECK(one.hash() == two.hash());
+  CHECK(one.time() == two.time());
 }
 
 }  // namespace firn::test::simulation

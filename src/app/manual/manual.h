@@ -35,6 +35,7 @@ std::string zsh_completion(const CommandLine& words);
 std::string fish_completion(const CommandLine& words);
 
 // What they share.
+std::string completing_function(Completes kind);  // of the scripts for bash and zsh, with its argument
 std::string joined(const std::vector<std::string>& words, const std::string& between = " ");
 std::vector<std::string> spellings(const OptionWords& option);  // "-h", "--help"
 std::string replaced(std::string text, const std::string& what, const std::string& by);

@@ -62,6 +62,27 @@ std::string joined(const std::vector<std::string>& words, const std::string& bet
   return text;
 }
 
+std::string completing_function(Completes kind) {
+  switch (kind) {
+    case Completes::scene:
+      return "_firn_paths .toml";
+    case Completes::run:
+      return "_firn_runs";
+    case Completes::run_or_scene:
+      return "_firn_runs .toml";
+    case Completes::folder:
+      return "_firn_paths";
+    case Completes::key_value:
+      return "_firn_key_values";
+    case Completes::key:
+      return "_firn_keys";
+    case Completes::choices:
+    case Completes::nothing:
+      break;
+  }
+  return "";
+}
+
 std::vector<std::string> spellings(const OptionWords& option) {
   if (option.short_name.empty()) return {option.name};
   return {option.short_name, option.name};

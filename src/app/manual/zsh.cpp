@@ -45,22 +45,11 @@ std::string zsh_action(Completes kind, const std::string& placeholder) {
   switch (kind) {
     case Completes::choices:
       return "(" + joined(choices_of(placeholder)) + ")";
-    case Completes::scene:
-      return "_firn_paths .toml";
-    case Completes::run:
-      return "_firn_runs";
-    case Completes::run_or_scene:
-      return "_firn_runs .toml";
-    case Completes::folder:
-      return "_firn_paths";
-    case Completes::key_value:
-      return "_firn_key_values";
-    case Completes::key:
-      return "_firn_keys";
     case Completes::nothing:
-      break;
+      return " ";  // a value that nothing is known of
+    default:
+      return completing_function(kind);
   }
-  return " ";  // a value that nothing is known of
 }
 
 std::string specification(const OptionWords& option) {
