@@ -52,6 +52,7 @@ std::uint64_t fingerprint(const Solver::State& s) {
 
 struct Counters {
   double time, last_dt, plastic_work, forces_since;
+  double start_speed, elastic_speed, top, work_quanta, mass_floor;  // snow that was added counts in them
   std::uint64_t forces_complete;
   std::uint64_t steps, particle_steps, left, blocks, particles, next_id, driven, changed;
   kernels::BlockSummary summary;
@@ -204,6 +205,11 @@ void Solver::save(std::ostream& out) const {
   c.left = s.left;
   c.blocks = s.blocks.size();
   c.particles = s.particles.size();
+  c.start_speed = s.budget.start_speed;
+  c.elastic_speed = s.budget.elastic_speed;
+  c.top = s.budget.top;
+  c.work_quanta = s.work_quanta;
+  c.mass_floor = static_cast<double>(s.mass_floor);
   c.next_id = s.next_id;
   c.driven = s.driven.size();
   c.changed = s.changed;
@@ -245,9 +251,10 @@ void Solver::load(std::istream& in) {
   Counters c{};
   read(in, &c, 1);
   read(in, &cause_length, 1);
-  if (c.particles > c.next_id || c.next_id >= UINT32_MAX || c.blocks > c.particles || cause_length > 4096 ||
-      !may_hold(in, c.particles)) {
-    throw Error(ErrorCode::io, "", "the saved simulation is damaged: its number of particles is wrong");
+  const bool fits = s.added > 0 ? c.next_id >= s.next_id : c.next_id == s.next_id;
+  if (!fits || c.particles > c.next_id || c.next_id >= UINT32_MAX || c.blocks > c.particles ||
+      cause_length > 4096 || !may_hold(in, c.particles)) {
+    throw Error(ErrorCode::io, "", "the saved simulation does not fit this scene's number of particles");
   }
   std::string cause(cause_length, ' ');
   read(in, cause.data(), cause_length);
@@ -286,6 +293,9 @@ void Solver::load(std::istream& in) {
   s.steps = c.steps;
   s.particle_steps = c.particle_steps;
   s.left = c.left;
+  s.budget = {c.start_speed, c.elastic_speed, c.top};
+  s.work_quanta = c.work_quanta;
+  s.mass_floor = static_cast<float>(c.mass_floor);
   s.changed = c.changed != 0;
   s.next_id = static_cast<std::uint32_t>(c.next_id);
   s.summary = c.summary;

@@ -307,6 +307,7 @@ void Solver::State::add(PlacedSnow snow) {
     p.object[i] = static_cast<std::uint32_t>(object);
   });
   next_id += static_cast<std::uint32_t>(snow.position.size());
+  ++added;
   add_to_budget(*this, snow);
   materials.push_back(material_params(snow.material));
   release(snow.position);

@@ -67,6 +67,7 @@ struct Solver::State {
   std::uint64_t particle_steps = 0;
   std::size_t left = 0;             // particles gone through the domain's boundary
   std::uint32_t next_id = 0;        // of the next particle that is placed
+  std::size_t added = 0;            // snow objects that add() brought
   kernels::BlockSummary summary{};  // of all blocks, after the last step
   TimeStep last_step;
   bool changed = false;                // by particles that came or went, since the last step

@@ -86,6 +86,27 @@ TEST_CASE("a saved state goes on to the same bits, with all that was added, take
   }
 }
 
+TEST_CASE("a saved state knows how fast and how stiff the snow was that was added") {
+  Simulation whole(bed());
+  whole.advance_to(0.01);
+  whole.add_snow({{"name", "shot"},
+                  {"shape", "ball"},
+                  {"radius", 0.04},
+                  {"center", {0, 1.5, 0}},
+                  {"velocity", {0, -25, 0}},
+                  {"density", 900},
+                  {"young_modulus", 5e6}});
+  whole.advance_to(0.02);
+  Simulation again = loaded(saved(whole));
+  CHECK(saved(again) == saved(whole));
+  for (const double time : {0.03, 0.06}) {  // the second is after the impact
+    whole.advance_to(time);
+    again.advance_to(time);
+    CHECK(again.hash() == whole.hash());
+    CHECK(again.metrics().plastic_work == whole.metrics().plastic_work);
+  }
+}
+
 TEST_CASE("a damaged saved state is refused") {
   Simulation simulation(bed());
   simulation.advance_to(0.01);
