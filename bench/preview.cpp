@@ -14,7 +14,7 @@
 #include "bench/trace_scene.h"
 #include "firn/error.h"
 #include "src/core/isa.h"
-#include "src/render/renderer.h"
+#include "src/render/frame_tracer.h"
 
 namespace firn::bench {
 
@@ -105,7 +105,7 @@ void run_preview(const PreviewOptions& options) {
                             static_cast<std::size_t>(options.threads));
   TraceScene scene = trace_scene(options.shape, "blocks", options.particles);
   shrink(scene.snapshot);
-  Renderer renderer(kernels, setup_of(scene));
+  FrameTracer renderer(kernels, setup_of(scene));
   Picture picture;
   RenderStats stats;
   Stages stages;

@@ -13,7 +13,7 @@
 #include "bench/stopwatch.h"
 #include "firn/error.h"
 #include "src/core/isa.h"
-#include "src/render/renderer.h"
+#include "src/render/frame_tracer.h"
 
 namespace firn::bench {
 namespace {
@@ -51,7 +51,7 @@ void run_sphere(const SphereOptions& options) {
   const kernels::KernelTable& kernels = choose_kernels(options.isa);
   tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                             static_cast<std::size_t>(options.threads));
-  Renderer renderer(kernels, setup_of(options));
+  FrameTracer renderer(kernels, setup_of(options));
   Picture picture;
   RenderStats stats;
   Best best;

@@ -3,6 +3,9 @@
 #pragma once
 #include "firn/error.h"
 #include "firn/observer.h"
+#include "firn/picture.h"
+#include "firn/points.h"
+#include "firn/renderer.h"
 #include "firn/scene.h"
 #include "firn/session.h"
 #include "firn/simulation.h"

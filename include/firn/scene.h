@@ -14,9 +14,11 @@
 
 #include "firn/error.h"
 #include "firn/export.h"
+#include "firn/points.h"
 
 namespace firn {
 
+struct PointCloud;
 struct SceneConfig;
 struct Key;
 
@@ -113,6 +115,13 @@ class FIRN_API Scene {
   Scene& add(const std::string& list, const Table& keys, const char* file = __builtin_FILE(),
              int line = __builtin_LINE());
 
+  // One more [[snow]] of shape "particles", made of arrays in the place of a file; `keys` are its other keys.
+  // Such a scene is for simulations and renderers; the run folder of a session needs a file (write_points).
+  // Errors: usage Error at once, as add(), and for points that firn cannot take.
+  Scene& add_points(const Points& points, const Table& keys, const Place& place);
+  Scene& add_points(const Points& points, const Table& keys = {}, const char* file = __builtin_FILE(),
+                    int line = __builtin_LINE());
+
   // Errors: as read(), for everything that was said up to now. Whatever uses the scene checks it too.
   void check() const;
   // With every default written out, as TOML that parse() reads back to the same scene. Errors: as check().
@@ -125,6 +134,7 @@ class FIRN_API Scene {
   struct State;
   explicit Scene(State state);
   friend SceneConfig config_of(const Scene& scene);
+  friend Scene scene_with(Scene scene, std::vector<std::shared_ptr<const PointCloud>> arrays);
 
   std::unique_ptr<State> state_;
 };

@@ -13,6 +13,7 @@
 #include "firn/driver.h"
 #include "firn/export.h"
 #include "firn/metrics.h"
+#include "firn/points.h"
 #include "firn/scene.h"
 #include "firn/snapshot.h"
 #include "firn/vector.h"
@@ -44,8 +45,9 @@ class FIRN_API Simulation {
   // One step of the longest stable length, or of the scene's fixed one. Returns it, s. Errors: as above.
   double step();
 
-  double time() const;       // s
-  std::size_t size() const;  // particles
+  const Scene& scene() const;  // with the snow that was added
+  double time() const;         // s
+  std::size_t size() const;    // particles
   Metrics metrics() const;
   // A copy of the state now. Its `frame` is 0.
   Snapshot snapshot(const StateColumns& columns = {}) const;
@@ -58,6 +60,10 @@ class FIRN_API Simulation {
   // spacing to other snow (unless 'trim' or 'allow_overlap' say otherwise); then nothing has changed.
   int add_snow(const Table& keys, const Place& place);
   int add_snow(const Table& keys, const char* file = __builtin_FILE(), int line = __builtin_LINE());
+  // The same of arrays, as Scene::add_points().
+  int add_points(const Points& points, const Table& keys, const Place& place);
+  int add_points(const Points& points, const Table& keys = {}, const char* file = __builtin_FILE(),
+                 int line = __builtin_LINE());
   // Takes the particles with these ids (in any order) out of the simulation. Returns how many there were.
   // Errors: unstable Error for a state that has blown up.
   std::size_t remove_snow(std::span<const std::uint32_t> ids);
@@ -76,6 +82,7 @@ class FIRN_API Simulation {
  private:
   struct State;
   explicit Simulation(std::unique_ptr<State> state);
+  int place_last(Scene scene);
   std::unique_ptr<State> state_;
 };
 

@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
+#include "firn/driver.h"
 #include "firn/export.h"
 #include "firn/vector.h"
 
@@ -87,6 +89,7 @@ class FIRN_API Snapshot {
   double time = 0;   // s of simulated time
   Vector3 origin{};  // m, world; positions are relative to it so that float stays exact far from 0
   double dx = 0;     // m, the simulation's grid spacing
+  std::vector<DrivenCollider> driven;  // where the colliders are that a program drives, in the scene's order
 
   // One entry a particle, in an order in which neighbours in space are near in memory.
   Columns<float, 3> position;  // m, relative to `origin`

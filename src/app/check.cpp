@@ -16,7 +16,7 @@
 #include "src/core/text.h"
 #include "src/geometry/point_cloud.h"
 #include "src/mpm/solver.h"
-#include "src/render/renderer.h"
+#include "src/render/frame_tracer.h"
 #include "src/scene/footing.h"
 #include "src/scene/place_points.h"
 #include "src/scene/scene.h"
@@ -234,7 +234,7 @@ ExitCode check_command(const Options& options) {
   const SceneConfig scene = read_scene(options.target, options.reading());
   if (scene.output.movie && scene.time.frames > 1)
     require_movie(scene);  // in the order in which a run refuses
-  const auto renderer = make_renderer(scene, kernels);
+  const auto renderer = make_tracer(scene, kernels);
   SolverSetup setup = build_simulation(scene, options.session.force);
   print_line("scene", scene.name + " (" + scene.file + (options.quick ? ", quick size)" : ")"));
   print_snow(setup);

@@ -15,6 +15,10 @@ using Vec3f = Eigen::Vector3f;  // render space (metres from the render origin) 
 // To and from the public types.
 inline Vec3 vec(const Vector3& v) { return {v[0], v[1], v[2]}; }
 inline Vector3 array_of(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+inline Mat3 mat(const Matrix3& rows) { return Eigen::Matrix<double, 3, 3, Eigen::RowMajor>(rows.data()); }
+inline Matrix3 rows_of(const Mat3& m) {
+  return {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
+}
 
 // Of linear RGB: Rec. 709.
 template <class Rgb>

@@ -14,7 +14,7 @@
 
 #include "firn/observer.h"
 #include "firn/snapshot.h"
-#include "src/render/film/picture.h"
+#include "firn/picture.h"
 
 namespace firn {
 

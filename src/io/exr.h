@@ -4,7 +4,7 @@
 #pragma once
 #include <string>
 
-#include "src/render/film/picture.h"
+#include "firn/picture.h"
 
 namespace firn {
 

@@ -90,10 +90,10 @@ std::string encode_pfm(int width, int height, int channels, const std::vector<fl
 }
 
 std::vector<PictureFile> encode_picture(const Picture& picture, const std::string& format,
-                                        const Development& development) {
+                                        const ToneMapping& tone) {
   if (format == "exr") return {{format, encode_exr(picture)}};
-  if (format == "png") return {{format, encode_png(develop(picture, development))}};
-  if (format == "ppm") return {{format, encode_ppm(develop(picture, development))}};
+  if (format == "png") return {{format, encode_png(to_image8(picture, tone))}};
+  if (format == "ppm") return {{format, encode_ppm(to_image8(picture, tone))}};
   if (format != "pfm") {
     throw Error(ErrorCode::usage, "output.formats", "'" + format + "' is not one of png, ppm, pfm, exr");
   }

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "firn/picture.h"
 #include "src/io/tone.h"
-#include "src/render/film/picture.h"
 
 namespace firn {
 
@@ -23,7 +23,7 @@ struct PictureFile {
 };
 // The files of a picture in one format, its beauty first. `format` is "png", "ppm", "pfm" or "exr".
 std::vector<PictureFile> encode_picture(const Picture& picture, const std::string& format,
-                                        const Development& development);
+                                        const ToneMapping& tone);
 
 // Errors: io Error naming the file, for a file that is missing, of another format, damaged or too short.
 Image8 read_png(const std::filesystem::path& path);

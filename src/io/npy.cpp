@@ -264,4 +264,55 @@ PointCloud decode_npz(std::string_view bytes, const std::string& where) {
   return cloud;
 }
 
+namespace {
+
+// An array in C's order, whose rows are `items`.
+template <class Item, class Scalar>
+std::string array_of_rows(const std::vector<Item>& items, const std::string& type, const std::string& row,
+                          Scalar (*at)(const Item&, std::size_t), std::size_t parts) {
+  std::string header = "{'descr': '" + type + "', 'fortran_order': False, 'shape': (" +
+                       std::to_string(items.size()) + "," + row + "), }";
+  constexpr std::size_t kAligned = 64, kBefore = 10;  // bytes of the mark, the version and the length
+  header += std::string(kAligned - (kBefore + header.size() + 1) % kAligned, ' ') + "\n";
+  std::string bytes(kArrayMark);
+  put(bytes, std::uint16_t{1});
+  put(bytes, static_cast<std::uint16_t>(header.size()));
+  bytes += header;
+  bytes.reserve(bytes.size() + items.size() * parts * sizeof(Scalar));
+  for (const Item& item : items) {
+    for (std::size_t k = 0; k < parts; ++k) put(bytes, at(item, k));
+  }
+  return bytes;
+}
+
+double part_of_vector(const Vec3& v, std::size_t k) { return v[static_cast<Eigen::Index>(k)]; }
+double part_of_number(const double& value, std::size_t) { return value; }
+float part_of_matrix(const Eigen::Matrix3f& m, std::size_t k) {
+  return m(static_cast<int>(k / 3), static_cast<int>(k % 3));
+}
+
+}  // namespace
+
+std::string encode_npz(const PointCloud& cloud) {
+  std::vector<std::pair<std::string, std::string>> files;
+  const auto add_vectors = [&](const std::string& name, const std::vector<Vec3>& column) {
+    if (!column.empty())
+      files.emplace_back(name + ".npy", array_of_rows(column, "<f8", " 3", part_of_vector, 3));
+  };
+  const auto add_numbers = [&](const std::string& name, const std::vector<double>& column) {
+    if (!column.empty())
+      files.emplace_back(name + ".npy", array_of_rows(column, "<f8", "", part_of_number, 1));
+  };
+  add_vectors(kPosition[0], cloud.position);
+  add_vectors(kVelocity[0], cloud.velocity);
+  add_numbers(kVolume[0], cloud.volume);
+  add_numbers(kMass[0], cloud.mass);
+  add_numbers(kRadius[0], cloud.radius);
+  add_numbers(kDensity[0], cloud.density);
+  add_numbers(kPacking[0], cloud.packing);
+  if (!cloud.strain.empty())
+    files.emplace_back(kStrain[0] + ".npy", array_of_rows(cloud.strain, "<f4", " 3, 3", part_of_matrix, 9));
+  return zip(files);
+}
+
 }  // namespace firn

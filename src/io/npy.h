@@ -14,4 +14,7 @@ namespace firn {
 PointCloud decode_npz(std::string_view archive, const std::string& where);
 PointCloud decode_npy(std::string_view array, const std::string& where);  // the positions alone
 
+// An archive from which decode_npz() makes the very same cloud: float64, but for F, which is float32.
+std::string encode_npz(const PointCloud& cloud);
+
 }  // namespace firn

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "src/io/particle_file.h"
 
+#include <algorithm>
+#include <vector>
+
 #include "src/io/byte_stream.h"
 #include "src/io/file.h"
 #include "src/particles/snapshot.h"
@@ -9,7 +12,7 @@ namespace firn {
 namespace {
 
 constexpr std::string_view kMagic = "FIRNSNAP";
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 2, kDrivenVersion = 3;
 constexpr std::size_t kHashOffset = 64;
 constexpr std::size_t kBytesPerParticle =
     8 * sizeof(float) + 3 * sizeof(std::int16_t) + sizeof(std::uint32_t) + sizeof(std::uint16_t);
@@ -17,6 +20,36 @@ constexpr std::size_t kBytesPerParticle =
 template <class T>
 std::string_view bytes_of(std::span<T> column) {
   return {reinterpret_cast<const char*>(column.data()), column.size_bytes()};
+}
+
+// The numbers of a driven collider, in their order.
+template <class AnyCollider, class Visit>
+void for_each_number(AnyCollider& c, Visit&& visit) {
+  visit(c.time);
+  std::for_each(c.position.begin(), c.position.end(), visit);
+  std::for_each(c.rotation.begin(), c.rotation.end(), visit);
+  for (auto* vector : {&c.velocity, &c.angular_velocity})
+    std::for_each(vector->begin(), vector->end(), visit);
+  visit(c.dt);
+  for (auto* vector : {&c.force, &c.torque}) std::for_each(vector->begin(), vector->end(), visit);
+}
+
+void put_driven(std::string& file, const std::vector<DrivenCollider>& driven) {
+  for (const DrivenCollider& c : driven) {
+    put(file, static_cast<std::uint32_t>(c.name.size()));
+    file += c.name;
+    for_each_number(c, [&](double number) { put(file, number); });
+  }
+}
+
+std::vector<DrivenCollider> get_driven(ByteReader& in) {
+  std::vector<DrivenCollider> driven;
+  while (in.left() > 0) {
+    DrivenCollider& c = driven.emplace_back();
+    c.name = in.take(in.get<std::uint32_t>());
+    for_each_number(c, [&](double& number) { number = in.get<double>(); });
+  }
+  return driven;
 }
 
 // The hash of a file image with its hash field left out.
@@ -31,7 +64,7 @@ std::uint64_t content_hash(std::string_view file) {
 std::string encode_snapshot(const Snapshot& snapshot) {
   std::string file(kMagic);
   file.reserve(kHashOffset + 8 + kBytesPerParticle * snapshot.size());
-  put(file, kVersion);
+  put(file, snapshot.driven.empty() ? kVersion : kDrivenVersion);
   put(file, static_cast<std::int32_t>(snapshot.frame));
   put(file, snapshot.time);
   for (int axis = 0; axis < 3; ++axis) put(file, snapshot.origin[axis]);
@@ -39,6 +72,7 @@ std::string encode_snapshot(const Snapshot& snapshot) {
   put(file, static_cast<std::uint64_t>(snapshot.size()));
   put(file, std::uint64_t{0});
   for_each_stored_column(snapshot, [&](auto column) { file += bytes_of(column); });
+  put_driven(file, snapshot.driven);
   const std::uint64_t hash = content_hash(file);
   std::memcpy(file.data() + kHashOffset, &hash, sizeof hash);
   return file;
@@ -47,9 +81,10 @@ std::string encode_snapshot(const Snapshot& snapshot) {
 Snapshot decode_snapshot(std::string_view bytes, const std::string& where) {
   ByteReader in(bytes, where);
   if (in.take(kMagic.size()) != kMagic) in.fail("not a particle file of firn");
-  if (const auto version = in.get<std::uint32_t>(); version != kVersion) {
-    in.fail("particle file version " + std::to_string(version) + ", this firn reads version " +
-            std::to_string(kVersion));
+  const auto version = in.get<std::uint32_t>();
+  if (version != kVersion && version != kDrivenVersion) {
+    in.fail("particle file version " + std::to_string(version) + ", this firn reads versions " +
+            std::to_string(kVersion) + " and " + std::to_string(kDrivenVersion));
   }
   Snapshot snapshot;
   snapshot.frame = in.get<std::int32_t>();
@@ -58,7 +93,8 @@ Snapshot decode_snapshot(std::string_view bytes, const std::string& where) {
   snapshot.dx = in.get<double>();
   const auto count = in.get<std::uint64_t>();
   const auto hash = in.get<std::uint64_t>();
-  if (in.left() / kBytesPerParticle != count || in.left() % kBytesPerParticle != 0) {
+  const bool exact = in.left() / kBytesPerParticle == count && in.left() % kBytesPerParticle == 0;
+  if (version == kVersion ? !exact : in.left() / kBytesPerParticle < count) {
     in.fail("damaged particle file: its length does not fit its " + std::to_string(count) + " particles");
   }
   if (hash != content_hash(bytes)) in.fail("damaged particle file: wrong checksum");
@@ -67,6 +103,7 @@ Snapshot decode_snapshot(std::string_view bytes, const std::string& where) {
     const std::size_t size = column.size_bytes();
     if (size) std::memcpy(column.data(), in.take(size).data(), size);
   });
+  if (version == kDrivenVersion) snapshot.driven = get_driven(in);
   return snapshot;
 }
 

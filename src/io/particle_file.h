@@ -4,7 +4,7 @@
 //
 //   offset  bytes  content
 //   0       8      "FIRNSNAP"
-//   8       4      u32 version, 2
+//   8       4      u32 version: 2, or 3 where colliders are driven by a program
 //   12      4      i32 frame
 //   16      8      f64 time (s)
 //   24      24     f64 x 3 origin (m, world)
@@ -14,6 +14,10 @@
 //   72      44 n   columns: f32 x y z (m from the origin), f32 vx vy vz (m/s), f32 density (kg/m^3),
 //                  f32 volume0 (m^3), i16 x 3 rotation (axis tan(angle / 4), in 1/32767), u32 id, u16 object;
 //                  each n entries, one after another
+//
+// In version 3 there follow, for each driven collider, u32 bytes of its name, the name, and f64 x 26: time
+// (s), position (m), rotation (row by row), velocity (m/s), angular velocity (rad/s), length of its last step
+// (s), force (N), torque (N m), as in firn/driver.h; the end of the file is the end of the list.
 #pragma once
 #include <filesystem>
 #include <string>

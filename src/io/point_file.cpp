@@ -64,22 +64,6 @@ void require_strains(const std::string& where, const std::vector<Eigen::Matrix3f
   }
 }
 
-void require_sound(const PointCloud& cloud, const std::string& where) {
-  if (cloud.size() == 0) refuse_points(where, "holds no points");
-  const double bytes = kBytesPerPoint * static_cast<double>(cloud.size());
-  if (bytes > static_cast<double>(machine_memory()) || cloud.size() >= UINT32_MAX)
-    refuse_points(where, "holds " + std::to_string(cloud.size()) + " points, which need some " +
-                             number_text(bytes / kBytesPerGibibyte) + " GiB: more than this machine has");
-  require_places(where, "position", cloud.position);
-  require_places(where, "velocity", cloud.velocity);
-  require_sizes(where, "volume", cloud.volume);
-  require_sizes(where, "mass", cloud.mass);
-  require_sizes(where, "radius", cloud.radius);
-  require_sizes(where, "density", cloud.density);
-  require_sizes(where, "Jp", cloud.packing, true);
-  require_strains(where, cloud.strain);
-}
-
 PointCloud points_of(const Snapshot& snapshot) {
   PointCloud cloud;
   for (std::size_t i = 0; i < snapshot.size(); ++i) {
@@ -104,6 +88,22 @@ PointCloud decode_by_mark(std::string_view bytes, const std::string& where) {
 }
 
 }  // namespace
+
+void require_sound(const PointCloud& cloud, const std::string& where) {
+  if (cloud.size() == 0) refuse_points(where, "holds no points");
+  const double bytes = kBytesPerPoint * static_cast<double>(cloud.size());
+  if (bytes > static_cast<double>(machine_memory()) || cloud.size() >= UINT32_MAX)
+    refuse_points(where, "holds " + std::to_string(cloud.size()) + " points, which need some " +
+                             number_text(bytes / kBytesPerGibibyte) + " GiB: more than this machine has");
+  require_places(where, "position", cloud.position);
+  require_places(where, "velocity", cloud.velocity);
+  require_sizes(where, "volume", cloud.volume);
+  require_sizes(where, "mass", cloud.mass);
+  require_sizes(where, "radius", cloud.radius);
+  require_sizes(where, "density", cloud.density);
+  require_sizes(where, "Jp", cloud.packing, true);
+  require_strains(where, cloud.strain);
+}
 
 PointCloud decode_points(std::string_view bytes, const std::string& where) {
   PointCloud cloud = decode_by_mark(bytes, where);

@@ -14,4 +14,7 @@ namespace firn {
 PointCloud decode_points(std::string_view bytes, const std::string& where);
 PointCloud read_point_file(const std::string& path);
 
+// Errors: io Error at `where` for a cloud that breaks what is said above.
+void require_sound(const PointCloud& cloud, const std::string& where);
+
 }  // namespace firn

@@ -43,11 +43,11 @@ std::uint8_t srgb8(float linear) {
 
 float srgb8_to_linear(std::uint8_t level) { return static_cast<float>(srgb_to_linear(level / 255.0)); }
 
-Image8 develop(const Picture& picture, const Development& development) {
-  const auto gain = static_cast<float>(std::exp2(development.exposure));
+Image8 to_image8(const Picture& picture, const ToneMapping& tone) {
+  const auto gain = static_cast<float>(std::exp2(tone.exposure));
   Image8 image{picture.width, picture.height, std::vector<std::uint8_t>(picture.rgb.size())};
   std::transform(picture.rgb.begin(), picture.rgb.end(), image.rgb.begin(),
-                 [&](float linear) { return srgb8(tone_curve(development.tone_map, gain * linear)); });
+                 [&](float linear) { return srgb8(tone_curve(tone.curve, gain * linear)); });
   return image;
 }
 

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "src/render/film/picture.h"
+#include "firn/picture.h"
 
 namespace firn {
 
@@ -29,10 +29,6 @@ float tone_curve(ToneMap map, float linear);
 std::uint8_t srgb8(float linear);
 float srgb8_to_linear(std::uint8_t level);
 
-struct Development {
-  double exposure = 0;  // stops: radiance is multiplied by 2^exposure first
-  ToneMap tone_map = ToneMap::soft;
-};
-Image8 develop(const Picture& picture, const Development& development);
+Image8 to_image8(const Picture& picture, const ToneMapping& tone);
 
 }  // namespace firn

@@ -191,4 +191,101 @@ std::string unzip(std::string_view archive, const ZipMember& member, const std::
   return bytes;
 }
 
+namespace {
+
+constexpr std::uint16_t kVersion64 = 45, kSizes64 = 1;  // a reader that knows ZIP64; the field of its sizes
+
+// What a member's own header and that in the directory have in common: all sizes in a ZIP64 field.
+std::string member_facts(const std::string& name, std::uint64_t size, std::uint32_t crc,
+                         std::uint16_t extra) {
+  std::string facts;
+  put(facts, kVersion64);
+  put(facts, std::uint16_t{0});  // flags
+  put(facts, kStored);
+  put(facts, std::uint32_t{0x00210000});  // 1 January 1980, 0:00
+  put(facts, crc);
+  put(facts, size < kElsewhere ? static_cast<std::uint32_t>(size) : kElsewhere);
+  put(facts, size < kElsewhere ? static_cast<std::uint32_t>(size) : kElsewhere);
+  put(facts, static_cast<std::uint16_t>(name.size()));
+  put(facts, extra);
+  return facts;
+}
+
+std::string local_header(const std::string& name, std::uint64_t size, std::uint32_t crc) {
+  const bool large = size >= kElsewhere;
+  std::string header;
+  put(header, kMemberMark);
+  header += member_facts(name, size, crc, large ? 20 : 0) + name;
+  if (large) {
+    put(header, kSizes64);
+    put(header, std::uint16_t{16});
+    put(header, size);
+    put(header, size);
+  }
+  return header;
+}
+
+std::string directory_header(const std::string& name, std::uint64_t size, std::uint32_t crc,
+                             std::uint64_t start) {
+  const bool large = size >= kElsewhere, far = start >= kElsewhere;
+  const auto bytes = static_cast<std::uint16_t>((large ? 16 : 0) + (far ? 8 : 0));
+  std::string header;
+  put(header, kDirectoryMark);
+  put(header, kVersion64);
+  header += member_facts(name, size, crc, static_cast<std::uint16_t>(bytes > 0 ? bytes + 4 : 0));
+  put(header, std::uint16_t{0});  // bytes of the comment
+  put(header, std::uint16_t{0});  // disk
+  put(header, std::uint16_t{0});  // internal attributes
+  put(header, std::uint32_t{0});  // external ones
+  put(header, far ? kElsewhere : static_cast<std::uint32_t>(start));
+  header += name;
+  if (bytes > 0) {
+    put(header, kSizes64);
+    put(header, bytes);
+  }
+  for (int k = 0; large && k < 2; ++k) put(header, size);
+  if (far) put(header, start);
+  return header;
+}
+
+// The records that end an archive, with those of ZIP64, which say what the others cannot.
+std::string end_records(std::uint64_t members, std::uint64_t start, std::uint64_t bytes) {
+  std::string end;
+  put(end, kEnd64Mark);
+  put(end, std::uint64_t{44});  // bytes of this record that follow
+  put(end, kVersion64);
+  put(end, kVersion64);
+  put(end, std::uint32_t{0});
+  put(end, std::uint32_t{0});
+  for (const std::uint64_t fact : {members, members, bytes, start}) put(end, fact);
+  put(end, kLocator64Mark);
+  put(end, std::uint32_t{0});
+  put(end, start + bytes);
+  put(end, std::uint32_t{1});
+  put(end, kEndMark);
+  put(end, std::uint32_t{0});
+  put(end, std::uint16_t{0xffff});
+  put(end, std::uint16_t{0xffff});
+  put(end, kElsewhere);
+  put(end, kElsewhere);
+  put(end, std::uint16_t{0});
+  return end;
+}
+
+}  // namespace
+
+std::string zip(const std::vector<std::pair<std::string, std::string>>& files) {
+  std::string archive, directory;
+  for (const auto& [name, bytes] : files) {
+    const auto crc =
+        static_cast<std::uint32_t>(crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+    directory += directory_header(name, bytes.size(), crc, archive.size());
+    archive += local_header(name, bytes.size(), crc);
+    archive += bytes;
+  }
+  const std::uint64_t start = archive.size();
+  archive += directory;
+  return archive + end_records(files.size(), start, directory.size());
+}
+
 }  // namespace firn

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace firn {
@@ -25,5 +26,8 @@ std::vector<ZipMember> zip_members(std::string_view archive, const std::string& 
 // The bytes of a member; they have the size and the checksum that the directory tells. A size that so few
 // packed bytes cannot have is refused before any room is taken. Errors: io Error.
 std::string unzip(std::string_view archive, const ZipMember& member, const std::string& where);
+
+// An archive with these files in it, names and bytes, as they are: nothing is deflated.
+std::string zip(const std::vector<std::pair<std::string, std::string>>& files);
 
 }  // namespace firn

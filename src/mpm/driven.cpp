@@ -22,12 +22,6 @@ MotionKey key_at(const Collider& collider, double time) {
   return {time, pose.translation - pivot, pose.rotation};
 }
 
-Matrix3 rows_of(const Mat3& m) {
-  Matrix3 rows;
-  for (int k = 0; k < 9; ++k) rows[static_cast<std::size_t>(k)] = m(k / 3, k % 3);
-  return rows;
-}
-
 DrivenCollider as_told(const Solver::State& s, const Driven& d, const MotionKey& now) {
   const auto& frame = s.setup.frame;
   const Collider& collider = s.setup.colliders[d.collider];
@@ -85,6 +79,17 @@ MotionKey key_after(const Solver::State& s, const Driven& d, const MotionKey& no
 bool is_driven(const Solver::State& state, std::size_t collider) {
   return std::any_of(state.driven.begin(), state.driven.end(),
                      [&](const Driven& d) { return d.collider == collider; });
+}
+
+std::vector<DrivenCollider> driven_now(const Solver::State& state) {
+  std::vector<const Driven*> all;
+  for (const Driven& d : state.driven) all.push_back(&d);
+  std::sort(all.begin(), all.end(),
+            [](const Driven* a, const Driven* b) { return a->collider < b->collider; });
+  std::vector<DrivenCollider> out;
+  for (const Driven* d : all)
+    out.push_back(as_told(state, *d, key_at(state.setup.colliders[d->collider], state.time)));
+  return out;
 }
 
 void Solver::State::require_idle() const {

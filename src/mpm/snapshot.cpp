@@ -69,6 +69,7 @@ void Solver::snapshot(Snapshot& out, const StateColumns& columns) const {
   const BlockCoord origin = middle_block(s.blocks.coord);
   out.time = s.time;
   out.dx = s.setup.dx;
+  out.driven = driven_now(s);
   out.origin = array_of(point_in_world(s.setup.frame, world_in_block(origin, Vec3::Zero(), s.setup.dx)));
   out.resize(s.particles.size(), columns);
   parallel_for(s.blocks.size(), 4, [&](std::size_t b) {

@@ -124,6 +124,7 @@ struct Solver::State {
 void place_particles(Solver::State& state);
 
 bool is_driven(const Solver::State& state, std::size_t collider);
+std::vector<DrivenCollider> driven_now(const Solver::State& state);  // in the scene's order
 
 // Maxima and flags of all blocks.
 kernels::BlockSummary combine(const std::vector<kernels::BlockSummary>& summaries);

@@ -8,6 +8,7 @@
 
 #include "src/core/aligned.h"
 #include "src/core/rotation.h"
+#include "src/core/vector.h"
 #include "src/particles/column_bytes.h"
 
 namespace firn {
@@ -62,7 +63,11 @@ Snapshot::Snapshot(std::size_t particles, const StateColumns& state) {
 }
 
 Snapshot::Snapshot(const Snapshot& other)
-    : frame(other.frame), time(other.time), origin(other.origin), dx(other.dx) {
+    : frame(other.frame),
+      time(other.time),
+      origin(other.origin),
+      dx(other.dx),
+      driven(other.driven) {
   resize(other.size(), other.state());
   const std::size_t bytes = lay_out(other.size(), other.state(), memory_.get());
   if (bytes > 0) std::memcpy(memory_.get(), other.memory_.get(), bytes);
@@ -82,6 +87,7 @@ void Snapshot::swap(Snapshot& other) noexcept {
   std::swap(time, other.time);
   std::swap(origin, other.origin);
   std::swap(dx, other.dx);
+  std::swap(driven, other.driven);
   std::swap(memory_, other.memory_);
   std::swap(capacity_, other.capacity_);
   std::swap(state_, other.state_);
@@ -91,11 +97,7 @@ void Snapshot::swap(Snapshot& other) noexcept {
 }
 
 Matrix3 Snapshot::rotation_matrix(std::size_t i) const {
-  const Eigen::Matrix3f turned = unpack_rotation({rotation[0][i], rotation[1][i], rotation[2][i]});
-  Matrix3 out;
-  for (std::size_t k = 0; k < 9; ++k)
-    out[k] = static_cast<double>(turned(static_cast<int>(k) / 3, static_cast<int>(k) % 3));
-  return out;
+  return rows_of(unpack_rotation({rotation[0][i], rotation[1][i], rotation[2][i]}).cast<double>());
 }
 
 }  // namespace firn

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "src/render/film/picture.h"
+#include "firn/picture.h"
 #include "src/render/setup.h"
 
 namespace firn {

@@ -10,10 +10,10 @@
 #include <variant>
 #include <vector>
 
+#include "firn/picture.h"
 #include "src/core/vector.h"
 #include "src/geometry/keyframes.h"
 #include "src/geometry/shape.h"
-#include "src/render/film/picture.h"
 #include "src/render/snow/ice.h"
 #include "src/render/solids/image_texture.h"
 
@@ -91,9 +91,10 @@ struct Surface {
 
 struct Object {  // colliders, ground and scenery: anything that is seen but is not snow
   Shape shape;
-  int surface = 0;        // index into RenderSetup::surfaces
-  Motion motion = {};     // of `shape`, by the snapshot's time
-  std::string name = {};  // for people
+  int surface = 0;            // index into RenderSetup::surfaces
+  Motion motion = {};         // of `shape`, by the snapshot's time
+  std::string name = {};      // for people
+  std::string collider = {};  // what a driven collider is called that it is; empty: none
 };
 
 struct QuadLight {

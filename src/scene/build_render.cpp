@@ -96,14 +96,15 @@ void place_objects(const SceneConfig& scene, RenderSetup& setup) {
     setup.objects.push_back({plane_shape(Vec3(0, scene.ground->height, 0), Vec3::UnitY()),
                              surface_number(setup, scene.ground->surface),
                              {},
-                             "the ground"});
+                             "the ground",
+                             "ground"});
   }
   for (std::size_t i = 0; i < scene.colliders.size(); ++i) {
     const ColliderConfig& c = scene.colliders[i];
     if (!c.visible) continue;
     const Shape shape = place_shape(scene, table_of("collider", i), c.shape, ShapeUse::solid);
-    setup.objects.push_back(
-        {shape, surface_number(setup, c.surface), place_motion(c, shape), "collider '" + c.name + "'"});
+    setup.objects.push_back({shape, surface_number(setup, c.surface), place_motion(c, shape),
+                             "collider '" + c.name + "'", c.name});
   }
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const ObjectConfig& o = scene.objects[i];

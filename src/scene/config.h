@@ -5,11 +5,13 @@
 #pragma once
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "src/core/vector.h"
+#include "src/geometry/point_cloud.h"
 #include "src/mpm/material.h"
 #include "src/mpm/solver.h"
 #include "src/render/setup.h"
@@ -27,10 +29,11 @@ struct ShapeConfig {
   Vec3 rotation = Vec3::Zero();       // degrees, about x, then y, then z
   std::optional<Vec3> point, normal;  // plane
   std::optional<std::string> file;    // mesh (OBJ), height_field (PGM or text raster), particles
-  double scale = 1;                   // mesh particles
-  std::optional<double> spacing;      // particles: edge of the cube that each stands for, m
-  std::optional<Vec3> extent;         // height_field: width (x), height range (y), depth (z)
-  std::optional<double> base;         // height_field: its lower end, m
+  std::shared_ptr<const PointCloud> points;  // particles: arrays of a program in the place of a file
+  double scale = 1;                          // mesh particles
+  std::optional<double> spacing;             // particles: edge of the cube that each stands for, m
+  std::optional<Vec3> extent;                // height_field: width (x), height range (y), depth (z)
+  std::optional<double> base;                // height_field: its lower end, m
   int count = 1000;  // flakes: balls of `radius`, scattered in a box of `size` about `center`
 };
 

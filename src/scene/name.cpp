@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <filesystem>
 
 namespace firn {
@@ -52,6 +53,23 @@ bool is_utf8(std::string_view bytes) {
     bytes.remove_prefix(length);
   }
   return true;
+}
+
+namespace {
+constexpr std::string_view kArrays = "arrays:";
+}  // namespace
+
+std::string name_of_arrays(std::size_t number) { return std::string(kArrays) + std::to_string(number); }
+
+bool names_arrays(std::string_view file) { return number_of_arrays(file).has_value(); }
+
+std::optional<std::size_t> number_of_arrays(std::string_view file) {
+  std::size_t number = 0;
+  if (!file.starts_with(kArrays)) return std::nullopt;
+  const char *const begin = file.data() + kArrays.size(), *const end = file.data() + file.size();
+  const auto read = std::from_chars(begin, end, number);
+  if (read.ec != std::errc() || read.ptr != end) return std::nullopt;
+  return number;
 }
 
 }  // namespace firn

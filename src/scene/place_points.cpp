@@ -12,6 +12,7 @@
 
 #include "firn/error.h"
 #include "src/io/point_file.h"
+#include "src/scene/name.h"
 #include "src/scene/place_shape.h"
 #include "src/scene/validate.h"
 
@@ -24,6 +25,12 @@ namespace {
 }
 
 PointCloud load_cloud(const SceneConfig& scene, std::size_t index) {
+  if (const auto& points = scene.snow[index].shape.points) return *points;
+  if (names_arrays(*scene.snow[index].shape.file)) {
+    refuse_file(scene, index,
+                "these points were arrays of the program that made the scene: write them to a file "
+                "(firn::write_points, numpy.savez) and name that");
+  }
   try {
     return read_point_file(*scene.snow[index].shape.file);
   } catch (const Error& error) {

@@ -7,6 +7,7 @@
 
 #include "firn/error.h"
 #include "src/io/file.h"
+#include "src/io/point_arrays.h"
 #include "src/scene/name.h"
 #include "src/scene/override.h"
 #include "src/scene/parse.h"
@@ -56,7 +57,8 @@ void complete(SceneConfig& scene) {
   name_by_number(scene.colliders, "collider");
   const std::filesystem::path folder = std::filesystem::path(scene.file).parent_path();
   for_each_file(scene, [&](std::optional<std::string>& file) {
-    if (file && !file->empty()) file = std::filesystem::absolute(folder / *file).lexically_normal().string();
+    if (file && !file->empty() && !names_arrays(*file))
+      file = std::filesystem::absolute(folder / *file).lexically_normal().string();
   });
 }
 
@@ -123,9 +125,17 @@ std::string name_of(const std::string& file) { return file == "-" ? "stdin" : fi
 std::vector<std::string> input_files(const SceneConfig& scene) {
   std::vector<std::string> files;
   for_each_file(scene, [&](const std::optional<std::string>& file) {
-    if (file && std::find(files.begin(), files.end(), *file) == files.end()) files.push_back(*file);
+    if (file && !names_arrays(*file) && std::find(files.begin(), files.end(), *file) == files.end())
+      files.push_back(*file);
   });
   return files;
+}
+
+std::vector<std::string> collider_names(const SceneConfig& scene) {
+  std::vector<std::string> names;
+  if (scene.ground) names.push_back("ground");
+  for (const ColliderConfig& collider : scene.colliders) names.push_back(collider.name);
+  return names;
 }
 
 SceneConfig read_scene_text(const std::string& text, const std::string& file, const ReadOptions& options) {
@@ -139,6 +149,7 @@ SceneConfig read_scene(const std::string& file, const ReadOptions& options) {
 struct Scene::State {
   RawTable root;
   std::string file;
+  std::vector<std::shared_ptr<const PointCloud>> arrays = {};
 };
 
 Scene::Scene(State state) : state_(std::make_unique<State>(std::move(state))) {}
@@ -181,7 +192,35 @@ Scene& Scene::add(const std::string& list, const Table& keys, const Place& place
   return *this;
 }
 
-SceneConfig config_of(const Scene& scene) { return config_of_tree(scene.state_->root, scene.state_->file); }
+Scene& Scene::add_points(const Points& points, const Table& keys, const char* file, int line) {
+  return add_points(points, keys, Place{std::string(file) + ":" + std::to_string(line)});
+}
+
+Scene& Scene::add_points(const Points& points, const Table& keys, const Place& place) {
+  auto cloud = std::make_shared<const PointCloud>(cloud_of(points, place.words));
+  Table all = keys;
+  all.push_back({"shape", "particles"});
+  all.push_back({"file", name_of_arrays(state_->arrays.size())});
+  add("snow", all, place);
+  state_->arrays.push_back(std::move(cloud));
+  return *this;
+}
+
+SceneConfig config_of(const Scene& scene) {
+  const Scene::State& state = *scene.state_;
+  SceneConfig config = config_of_tree(state.root, state.file);
+  for (SnowConfig& snow : config.snow) {
+    if (!snow.shape.file) continue;
+    const auto number = number_of_arrays(*snow.shape.file);
+    if (number && *number < state.arrays.size()) snow.shape.points = state.arrays[*number];
+  }
+  return config;
+}
+
+Scene scene_with(Scene scene, std::vector<std::shared_ptr<const PointCloud>> arrays) {
+  scene.state_->arrays = std::move(arrays);
+  return scene;
+}
 
 void Scene::check() const { config_of(*this); }
 std::string Scene::toml() const { return resolved_toml(config_of(*this)); }

@@ -2,6 +2,7 @@
 // From a scene file to what the simulation and the renderer need.
 #pragma once
 #include <iosfwd>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,12 +15,18 @@ namespace firn {
 // Complete and free of contradictions. Errors: those of Scene::check().
 SceneConfig config_of(const Scene& scene);
 
+// The scene of a saved state: with the arrays that its text names by number.
+Scene scene_with(Scene scene, std::vector<std::shared_ptr<const PointCloud>> arrays);
+
 // Scene::read() and Scene::parse(), as what they are for the rooms below.
 SceneConfig read_scene(const std::string& file, const ReadOptions& options);
 SceneConfig read_scene_text(const std::string& text, const std::string& file, const ReadOptions& options);
 
 // The files that the scene names, absolute, each once, in order.
 std::vector<std::string> input_files(const SceneConfig& scene);
+
+// Of what snow collides with, as SolverSetup::colliders has it.
+std::vector<std::string> collider_names(const SceneConfig& scene);
 
 // The scene with every default written out, as TOML that read_scene reads back to the same config.
 std::string resolved_toml(const SceneConfig& scene);

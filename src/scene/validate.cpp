@@ -128,7 +128,7 @@ struct Checker {
 
   void file(const std::string& table, const std::string& key, const std::optional<std::string>& path) const {
     std::error_code ignored;
-    if (!path) return;
+    if (!path || names_arrays(*path)) return;
     if (std::filesystem::is_regular_file(*path, ignored)) {
       if (std::filesystem::file_size(*path, ignored) < machine_memory()) return;
       throw Error(ErrorCode::io, place_of(scene, table, key),

@@ -81,14 +81,14 @@ std::unique_ptr<SimulatedSnow> make_snow(const SceneConfig& scene, const kernels
                                          scene.time.speed / scene.time.fps);
 }
 
-std::unique_ptr<Renderer> make_renderer(const SceneConfig& scene, const kernels::KernelTable& kernels) {
+std::unique_ptr<FrameTracer> make_tracer(const SceneConfig& scene, const kernels::KernelTable& kernels) {
   const auto& formats = scene.output.formats;
   if (!has_exr() && std::find(formats.begin(), formats.end(), "exr") != formats.end()) {
     throw Error(
         ErrorCode::usage, place_of(scene, "output", "formats"),
         "this firn was built without OpenEXR and cannot write \"exr\"; \"pfm\" holds the same layers");
   }
-  return std::make_unique<Renderer>(kernels, build_render(scene));
+  return std::make_unique<FrameTracer>(kernels, build_render(scene));
 }
 
 // The kernels of x86-64-v3 and v4 give the same bits; those of `base` do not, so such a run stays with them.

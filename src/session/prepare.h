@@ -11,7 +11,7 @@ namespace firn {
 // The simulation of a scene on `kernels`, and the renderer of its pictures.
 std::unique_ptr<SimulatedSnow> make_snow(const SceneConfig& scene, const kernels::KernelTable& kernels,
                                          bool force);
-std::unique_ptr<Renderer> make_renderer(const SceneConfig& scene, const kernels::KernelTable& kernels);
+std::unique_ptr<FrameTracer> make_tracer(const SceneConfig& scene, const kernels::KernelTable& kernels);
 
 // The instruction set with which a run goes on. Errors: usage Error if its bits would be others.
 std::string isa_of(const SessionOptions& options, const Manifest& manifest);

@@ -20,13 +20,13 @@ constexpr double kMost = 1.59;
 
 }  // namespace
 
-Rehearsal rehearse(const SceneConfig& scene, Solver& simulation, Renderer& renderer) {
+Rehearsal rehearse(const SceneConfig& scene, Solver& simulation, FrameTracer& renderer) {
   Rehearsal rehearsal;
   FrameSlot first;
   simulation.snapshot(first.snapshot);
   rehearsal.sights = renderer.look(first.snapshot, first.picture);
-  const Development development{scene.output.exposure, scene.output.tone_map};
-  for (const std::string& format : scene.output.formats) encode_picture(first.picture, format, development);
+  const ToneMapping tone{scene.output.exposure, scene.output.tone_map};
+  for (const std::string& format : scene.output.formats) encode_picture(first.picture, format, tone);
   encode_snapshot(first.snapshot);
   rehearsal.at_start = static_cast<double>(peak_memory());
 

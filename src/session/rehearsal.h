@@ -2,7 +2,7 @@
 // How much memory a run will take, found by doing what a run does: its first frame and the first steps after
 // it, with all their memory and few of their rays. What is reckoned for a run is so always what it does.
 #pragma once
-#include "src/render/renderer.h"
+#include "src/render/frame_tracer.h"
 #include "src/scene/scene.h"
 
 namespace firn {
@@ -16,6 +16,6 @@ struct Rehearsal {
 };
 
 // Steps the simulation. Errors: those of the simulation and the renderer.
-Rehearsal rehearse(const SceneConfig& scene, Solver& simulation, Renderer& renderer);
+Rehearsal rehearse(const SceneConfig& scene, Solver& simulation, FrameTracer& renderer);
 
 }  // namespace firn

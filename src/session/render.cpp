@@ -76,7 +76,7 @@ std::unique_ptr<Session::State> begin_rendering(const std::string& target, const
   require_inputs_exist(simulated);
   SceneConfig scene = read_scene_text(simulated.scene, simulated.scene_file, reading);
   require_inputs(simulated, scene);
-  auto renderer = make_renderer(scene, kernels);
+  auto renderer = make_tracer(scene, kernels);
   auto snow = std::make_unique<RecordedSnow>(target);
 
   Manifest manifest = options.out ? new_manifest(options, scene, kernels.isa) : simulated;

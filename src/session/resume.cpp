@@ -110,7 +110,7 @@ std::unique_ptr<Session::State> begin_again(const std::string& target, const Ses
   run.nothing_to_do = is_complete(run, unfinished);
   if (run.nothing_to_do) return made;
   run.frames = unfinished.frames;
-  if (m.pictures) run.renderer = make_renderer(run.scene(), kernels);
+  if (m.pictures) run.renderer = make_tracer(run.scene(), kernels);
   if (run.frames.empty()) {
     run.tell(run.scene().name + ": all frames are there");
     return made;

@@ -312,9 +312,9 @@ void Session::State::finish_frame(InFlight job) {
 void Session::State::write_pictures(const FrameSlot& slot, FrameRecord& record) {
   record.picture_hash = hash_in_hex(
       {reinterpret_cast<const char*>(slot.picture.rgb.data()), slot.picture.rgb.size() * sizeof(float)});
-  const Development development{scene_.output.exposure, scene_.output.tone_map};
+  const ToneMapping tone{scene_.output.exposure, scene_.output.tone_map};
   for (const auto& format : scene_.output.formats) {
-    for (const PictureFile& file : encode_picture(slot.picture, format, development)) {
+    for (const PictureFile& file : encode_picture(slot.picture, format, tone)) {
       const auto path = folder_.frame(record.frame, file.extension);
       write_file(path, file.bytes);
       record.files.emplace_back(path.lexically_relative(folder_.path()).string(), hash_in_hex(file.bytes));

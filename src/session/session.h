@@ -21,7 +21,7 @@
 #include "src/io/manifest.h"
 #include "src/io/metrics_csv.h"
 #include "src/io/run_folder.h"
-#include "src/render/renderer.h"
+#include "src/render/frame_tracer.h"
 #include "src/scene/scene.h"
 #include "src/session/shared_frames.h"
 #include "src/session/snow_source.h"
@@ -37,7 +37,7 @@ struct Session::State {
   // pictures.
   std::unique_ptr<SimulatedSnow> simulated;
   std::unique_ptr<RecordedSnow> recorded;
-  std::unique_ptr<Renderer> renderer;
+  std::unique_ptr<FrameTracer> renderer;
   double expected_seconds = 0;  // of one frame, for the first guess of the time left
   std::vector<int> frames;      // to be made, ascending
   bool has_run = false;

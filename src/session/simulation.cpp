@@ -16,14 +16,18 @@
 #include "src/core/threads.h"
 #include "src/io/byte_stream.h"
 #include "src/io/file.h"
+#include "src/io/npy.h"
+#include "src/io/point_file.h"
 #include "src/scene/add_snow.h"
+#include "src/scene/name.h"
 #include "src/scene/scene.h"
 
 namespace firn {
 namespace {
 
 constexpr std::string_view kMagic = "FIRNSIMU";
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
+constexpr std::uint64_t kMostArrays = 1 << 20;
 
 Solver make_solver(Threads& threads, const SimulationOptions& options, const SceneConfig& scene) {
   return threads.run(
@@ -37,11 +41,27 @@ SceneConfig with_spacing(SceneConfig scene, double dx) {
   return scene;
 }
 
-std::vector<std::string> collider_names(const SceneConfig& scene) {
-  std::vector<std::string> names;
-  if (scene.ground) names.push_back("ground");
-  for (const ColliderConfig& collider : scene.colliders) names.push_back(collider.name);
-  return names;
+std::string saved_arrays(const SceneConfig& scene) {
+  std::string saved;
+  for (const SnowConfig& snow : scene.snow) {
+    if (!snow.shape.points) continue;
+    const std::string points = encode_npz(*snow.shape.points);
+    put(saved, static_cast<std::uint64_t>(*number_of_arrays(*snow.shape.file)));
+    put(saved, static_cast<std::uint64_t>(points.size()));
+    saved += points;
+  }
+  return saved;
+}
+
+std::vector<std::shared_ptr<const PointCloud>> loaded_arrays(ByteReader in) {
+  std::vector<std::shared_ptr<const PointCloud>> arrays;
+  while (in.left() > 0) {
+    const auto number = in.get<std::uint64_t>(), bytes = in.get<std::uint64_t>();
+    if (number >= kMostArrays) in.fail("damaged: more arrays than a scene has");
+    if (number >= arrays.size()) arrays.resize(number + 1);
+    arrays[number] = std::make_shared<const PointCloud>(decode_points(in.take(bytes), "load"));
+  }
+  return arrays;
 }
 
 }  // namespace
@@ -77,6 +97,7 @@ double Simulation::step() {
   return state_->threads.run([&] { return state_->solver.stable_advance(); });
 }
 
+const Scene& Simulation::scene() const { return state_->scene; }
 double Simulation::time() const { return state_->solver.time(); }
 std::size_t Simulation::size() const { return state_->solver.particle_count(); }
 
@@ -106,6 +127,21 @@ int Simulation::add_snow(const Table& keys, const char* file, int line) {
 int Simulation::add_snow(const Table& keys, const Place& place) {
   Scene scene = state_->scene;
   scene.add("snow", keys, place);
+  return place_last(std::move(scene));
+}
+
+int Simulation::add_points(const Points& points, const Table& keys, const char* file, int line) {
+  return add_points(points, keys, Place{std::string(file) + ":" + std::to_string(line)});
+}
+
+int Simulation::add_points(const Points& points, const Table& keys, const Place& place) {
+  Scene scene = state_->scene;
+  scene.add_points(points, keys, place);
+  return place_last(std::move(scene));
+}
+
+// The last snow of the scene, which is this simulation's and one more.
+int Simulation::place_last(Scene scene) {
   const SceneConfig config = with_spacing(config_of(scene), state_->dx);
   const std::size_t index = config.snow.size() - 1;
   state_->threads.run([&] {
@@ -138,23 +174,25 @@ void Simulation::drive(const std::string& collider, ColliderDriver driver) {
 }
 
 // "FIRNSIMU", u32 version, u64 snow objects at the start, u64 bytes of the scene as TOML, u64 bytes of the
-// state, both, u64 XXH3 of all before.
+// state, both, for each array that the scene has in the place of a file u64 its number, u64 bytes, those of a
+// .npz; u64 XXH3 of all before.
 void Simulation::save(std::ostream& out) const {
   std::ostringstream solver;
   state_->solver.save(solver);
   const std::string state = std::move(solver).str();
-  const std::string scene = resolved_toml(with_spacing(config_of(state_->scene), state_->dx));
+  const SceneConfig config = with_spacing(config_of(state_->scene), state_->dx);
+  const std::string scene = resolved_toml(config), arrays = saved_arrays(config);
   std::string head(kMagic);
   put(head, kVersion);
   put(head, static_cast<std::uint64_t>(state_->placed));
   put(head, static_cast<std::uint64_t>(scene.size()));
   put(head, static_cast<std::uint64_t>(state.size()));
   head += scene;
-  const std::string_view pieces[] = {head, state};
+  const std::string_view pieces[] = {head, state, arrays};
   std::string hash;
   put(hash, hash_pieces(pieces));
   for (const std::string_view piece :
-       {std::string_view(head), std::string_view(state), std::string_view(hash)})
+       {std::string_view(head), std::string_view(state), std::string_view(arrays), std::string_view(hash)})
     out.write(piece.data(), static_cast<std::streamsize>(piece.size()));
   if (!out.flush()) throw Error(ErrorCode::io, "save", "the stream takes no more");
 }
@@ -171,11 +209,16 @@ Simulation Simulation::load(std::istream& in, const SimulationOptions& options) 
   const auto placed = reader.get<std::uint64_t>(), scene_bytes = reader.get<std::uint64_t>(),
              state_bytes = reader.get<std::uint64_t>();
   const std::string_view toml = reader.take(scene_bytes), state = reader.take(state_bytes);
-  const std::size_t body = bytes.size() - reader.left();
-  if (reader.get<std::uint64_t>() != hash_bytes(bytes.data(), body) || reader.left() != 0)
+  const std::size_t body = bytes.size() - std::min(bytes.size(), sizeof(std::uint64_t));
+  if (reader.left() < sizeof(std::uint64_t) ||
+      hash_bytes(bytes.data(), body) !=
+          ByteReader(std::string_view(bytes).substr(body), "load").get<std::uint64_t>())
     reader.fail("damaged: wrong checksum");
-
-  Scene scene = Scene::parse(std::string(toml), "saved scene");
+  Scene scene =
+      scene_with(Scene::parse(std::string(toml), "saved scene"),
+                 loaded_arrays({std::string_view(bytes).substr(bytes.size() - reader.left(),
+                                                               reader.left() - sizeof(std::uint64_t)),
+                                "load"}));
   SceneConfig config = config_of(scene);
   if (placed > config.snow.size()) reader.fail("damaged: more snow than its scene has");
   const std::vector<SnowConfig> added(config.snow.begin() + static_cast<std::ptrdiff_t>(placed),

@@ -26,6 +26,17 @@ void set_frames(Manifest& manifest, const SceneConfig& scene,
   manifest.last = frames->second;
 }
 
+// A run keeps its scene as text, for resume and render.
+void require_text(const SceneConfig& scene) {
+  for (std::size_t i = 0; i < scene.snow.size(); ++i) {
+    if (!scene.snow[i].shape.points) continue;
+    throw Error(ErrorCode::usage, place_of(scene, table_of("snow", i), "file"),
+                "snow '" + scene.snow[i].name +
+                    "' is made of arrays, which the folder of a run cannot keep: write them to a file "
+                    "(firn::write_points, numpy.savez) and name that as its 'file'");
+  }
+}
+
 std::string opening_line(const Session::State& run, const Manifest& m, std::size_t particles) {
   char text[256];
   std::snprintf(text, sizeof text, "%s: %s particles, dx %g mm, frames %d-%d", run.scene().name.c_str(),
@@ -39,6 +50,7 @@ std::string opening_line(const Session::State& run, const Manifest& m, std::size
 
 std::unique_ptr<Session::State> begin_new(SceneConfig scene, const SessionOptions& options,
                                           Observer& observer) {
+  require_text(scene);
   const auto& kernels = choose_kernels(options.isa);
   Manifest manifest = new_manifest(options, scene, kernels.isa);
   set_frames(manifest, scene, options.frames);
@@ -46,7 +58,7 @@ std::unique_ptr<Session::State> begin_new(SceneConfig scene, const SessionOption
   manifest.particles = options.particles || scene.output.particles;
   manifest.wants_movie = options.movie && options.pictures && scene.output.movie;
   if (manifest.wants_movie && manifest.last > manifest.first) require_movie(scene);
-  auto renderer = options.pictures ? make_renderer(scene, kernels) : nullptr;
+  auto renderer = options.pictures ? make_tracer(scene, kernels) : nullptr;
   RunFolder folder = RunFolder::take(scene.name, options.out, options.overwrite);
   for (const auto& [file, hash] : manifest.inputs) folder.require_outside(file);
   observer.made_folders(folder.made());

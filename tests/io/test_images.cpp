@@ -28,7 +28,7 @@ Picture random_film(int width, int height) {
 TEST_CASE("A PNG and a PPM read back to the developed pixels") {
   Scratch scratch;
   const Picture film = random_film(37, 11);
-  const Image8 image = develop(film, {0.5});
+  const Image8 image = to_image8(film, {0.5});
   for (const std::string format : {"png", "ppm"}) {
     write_file(scratch / ("x." + format), encode_picture(film, format, {0.5})[0].bytes);
     const Image8 back = read_image8(scratch / ("x." + format));
@@ -149,7 +149,7 @@ TEST_CASE("One stop of exposure doubles the radiance") {
   film.rgb = {0.05f, 0.1f, 0.2f};
   Picture twice = film;
   for (float& value : twice.rgb) value *= 2;
-  CHECK(develop(film, {1}).rgb == develop(twice, {}).rgb);
+  CHECK(to_image8(film, {1}).rgb == to_image8(twice, {}).rgb);
 }
 
 TEST_CASE("A header that promises more pixels than an integer counts is refused") {

@@ -62,7 +62,7 @@ Shape floor_plane(double height) {
 Picture render(const Snapshot& snapshot, const RenderSetup& setup, const kernels::KernelTable& kernels) {
   Picture film;
   RenderStats stats;
-  Renderer(kernels, setup).render(snapshot, film, stats);
+  FrameTracer(kernels, setup).render(snapshot, film, stats);
   return film;
 }
 

@@ -5,7 +5,7 @@
 
 #include "firn/snapshot.h"
 #include "src/core/isa.h"
-#include "src/render/renderer.h"
+#include "src/render/frame_tracer.h"
 
 namespace firn::test {
 

@@ -44,7 +44,7 @@ RenderSetup rich_setup(const Vec3& place) {
 
 void check_usage_error(RenderSetup setup) {
   try {
-    Renderer renderer(*supported_kernels().front(), std::move(setup));
+    FrameTracer renderer(*supported_kernels().front(), std::move(setup));
     FAIL("no error");
   } catch (const Error& error) {
     CHECK(error.code() == ErrorCode::usage);
@@ -116,7 +116,7 @@ TEST_CASE("rays are counted and a stopped frame says so") {
   RenderStats stats;
   std::stop_source stop;
   RenderSetup setup = rich_setup(Vec3::Zero());
-  Renderer renderer(*supported_kernels().back(), setup);
+  FrameTracer renderer(*supported_kernels().back(), setup);
   const Snapshot snapshot = snowball(Vec3(0, 0.15, 0), 0.15, 0.02);
   CHECK(renderer.render(snapshot, film, stats, stop.get_token()));
   CHECK(film.width == 52);

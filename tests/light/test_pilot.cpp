@@ -82,7 +82,7 @@ TEST_CASE(
     "auto takes light from both ends for a lamp that shines on the ceiling, path for one over the floor",
     "[light]") {
   for (const bool to_the_ceiling : {false, true}) {
-    Renderer renderer(*supported_kernels().back(), lamp_over_floor(to_the_ceiling));
+    FrameTracer renderer(*supported_kernels().back(), lamp_over_floor(to_the_ceiling));
     Picture picture;
     RenderStats stats;
     renderer.render({}, picture, stats);

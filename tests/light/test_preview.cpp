@@ -184,7 +184,7 @@ TEST_CASE("the preview has the same bits for any threads and instruction set, an
 
   RenderSetup before = setup;
   before.camera.position = Vec3(0.8, 0.4, 0.7);
-  Renderer renderer(*supported_kernels().back(), before);
+  FrameTracer renderer(*supported_kernels().back(), before);
   Picture picture;
   RenderStats stats;
   REQUIRE(renderer.render(ball, picture, stats));
@@ -203,7 +203,7 @@ TEST_CASE("the preview draws scenes without snow, spheres, and refuses media") {
   CHECK((mean(render(ball, setup)) - smooth).norm() < 0.2f * smooth.norm());
   setup.media.emplace_back();
   setup.media.back().shape.form = Ball{0.1};
-  CHECK_THROWS_AS(Renderer(*supported_kernels().back(), setup), Error);
+  CHECK_THROWS_AS(FrameTracer(*supported_kernels().back(), setup), Error);
 }
 
 }  // namespace firn::test::preview

@@ -85,7 +85,7 @@ TEST_CASE("pictures with light inside the snow tell its mass and what the surfac
     RenderSetup setup = lit_ball(1);
     setup.image.snow_light = light;
     setup.image.width = setup.image.height = 4;
-    Renderer renderer(*supported_kernels().back(), setup);
+    FrameTracer renderer(*supported_kernels().back(), setup);
     Picture picture;
     RenderStats stats;
     REQUIRE(renderer.render(snow, picture, stats));

@@ -13,7 +13,7 @@
 #include "src/core/vector.h"
 #include "src/render/film/denoise.h"
 #include "src/render/film/filter.h"
-#include "src/render/film/picture.h"
+#include "firn/picture.h"
 
 namespace firn {
 

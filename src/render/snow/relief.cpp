@@ -48,6 +48,7 @@ Snapshot with_relief(const Snapshot& snapshot, int detail) {
   out.time = snapshot.time;
   out.origin = snapshot.origin;
   out.dx = snapshot.dx;
+  out.driven = snapshot.driven;
   out.resize(snapshot.size() * static_cast<std::size_t>(parts));
   parallel_for(snapshot.size(), 256, [&](std::size_t i) {
     const Eigen::Matrix3f turn =

@@ -20,6 +20,17 @@ Vec3f texture_at(const Surface& look, const Vec3& local, Eigen::Index facing) {
   return look.texture->at(u / look.texture_size, v / tall, false);
 }
 
+Pose world_pose(const Object& object, double time, std::span<const DrivenCollider> driven) {
+  const Pose& placed = object.shape.pose;
+  for (const DrivenCollider& d : driven) {
+    if (object.collider.empty() || d.name != object.collider) continue;
+    const double late = time - d.time;
+    return {rotation_by(late * vec(d.angular_velocity)) * mat(d.rotation) * placed.rotation,
+            vec(d.position) + late * vec(d.velocity)};
+  }
+  return object.motion.pose(placed, time);
+}
+
 }  // namespace
 
 ObjectSet::ObjectSet(const kernels::TraceKernels& kernels, std::vector<Object> objects,
@@ -28,6 +39,7 @@ ObjectSet::ObjectSet(const kernels::TraceKernels& kernels, std::vector<Object> o
       objects_(std::move(objects)),
       surfaces_(std::move(surfaces)),
       triangles_(objects_.size()),
+      world_pose_(objects_.size()),
       pose_(objects_.size()),
       room_(objects_.size()) {
   for (std::size_t i = 0; i < objects_.size(); ++i) {
@@ -40,9 +52,10 @@ ObjectSet::ObjectSet(const kernels::TraceKernels& kernels, std::vector<Object> o
   }
 }
 
-void ObjectSet::place(const Vec3& origin, double time) {
+void ObjectSet::place(const Vec3& origin, double time, std::span<const DrivenCollider> driven) {
   for (std::size_t i = 0; i < objects_.size(); ++i) {
-    pose_[i] = objects_[i].motion.pose(objects_[i].shape.pose, time);
+    world_pose_[i] = world_pose(objects_[i], time, driven);
+    pose_[i] = world_pose_[i];
     pose_[i].translation -= origin;
     const Shape placed{objects_[i].shape.form, pose_[i]};
     Room& room = room_[i];
@@ -57,6 +70,11 @@ void ObjectSet::place(const Vec3& origin, double time) {
     const Vec3 margin = Vec3::Constant(1e-5 * (bounds.size().norm() + bounds.center().norm()));
     room = {(bounds.min - margin).cast<float>(), (bounds.max + margin).cast<float>(), Vec3f::Zero(), 0};
   }
+}
+
+Bounds ObjectSet::bounds(int object) const {
+  const auto i = static_cast<std::size_t>(object);
+  return world_bounds({objects_[i].shape.form, world_pose_[i]});
 }
 
 double ObjectSet::intersect(std::size_t object, const Vec3& o, const Vec3& d, double limit,

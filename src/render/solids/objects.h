@@ -3,8 +3,10 @@
 // a shape is as exact far from the world's origin as near it).
 #pragma once
 #include <memory>
+#include <span>
 #include <vector>
 
+#include "firn/driver.h"
 #include "kernels/trace/table.h"
 #include "src/render/setup.h"
 #include "src/render/snow/surface_area.h"
@@ -25,14 +27,16 @@ class ObjectSet {
   // A usage Error if an object names a surface that does not exist.
   ObjectSet(const kernels::TraceKernels& kernels, std::vector<Object> objects, std::vector<Surface> surfaces);
 
-  // Render space is world space minus `origin`; objects that move are where they are at `time` (s).
-  void place(const Vec3& origin, double time = 0);
+  // Render space is world space minus `origin`; objects that move are where they are at `time` (s), driven
+  // ones where these are, going on evenly from their own time.
+  void place(const Vec3& origin, double time = 0, std::span<const DrivenCollider> driven = {});
 
   bool empty() const { return objects_.empty(); }
   int count() const { return static_cast<int>(objects_.size()); }
   const Surface& surface(int object) const { return surfaces_[objects_[object].surface]; }
   const Shape& shape(int object) const { return objects_[object].shape; }  // as it was placed in the world
   const Pose& pose(int object) const { return pose_[object]; }             // render space, now
+  Bounds bounds(int object) const;                                         // m, world space, now
   std::shared_ptr<const SurfaceArea> area(int object) const;
 
   SurfacePoint point(const ObjectHit& hit) const;
@@ -73,6 +77,7 @@ class ObjectSet {
   std::vector<Object> objects_;
   std::vector<Surface> surfaces_;
   std::vector<std::shared_ptr<const TriangleSet>> triangles_;  // per object; empty for analytic shapes
+  std::vector<Pose> world_pose_;                               // now
   std::vector<Pose> pose_;                                     // render space
   std::vector<Room> room_;
 };

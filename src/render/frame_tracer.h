@@ -6,8 +6,8 @@
 #include <memory>
 #include <stop_token>
 
+#include "firn/picture.h"
 #include "firn/snapshot.h"
-#include "src/render/film/picture.h"
 #include "src/render/pilot.h"
 #include "src/render/preview/preview_times.h"
 #include "src/render/setup.h"
@@ -35,12 +35,12 @@ struct RenderStats {
   std::size_t grid_bytes = 0;
 };
 
-class Renderer {
+class FrameTracer {
  public:
   // Errors: usage Error for a setup that cannot be rendered (camera on its target, no pixels...).
-  Renderer(const kernels::KernelTable& kernels, RenderSetup setup);
-  ~Renderer();
-  Renderer(Renderer&&) noexcept;
+  FrameTracer(const kernels::KernelTable& kernels, RenderSetup setup);
+  ~FrameTracer();
+  FrameTracer(FrameTracer&&) noexcept;
 
   const RenderSetup& setup() const;  // as it was given
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "src/render/renderer.h"
+#include "src/render/frame_tracer.h"
 
 #include <algorithm>
 #include <chrono>
@@ -41,7 +41,7 @@ std::vector<float> denoised(const Film& film) {
 
 }  // namespace
 
-struct Renderer::State {
+struct FrameTracer::State {
   State(const kernels::KernelTable& table, RenderSetup given)
       : kernels(table.trace),
         shade(table.shade),
@@ -70,10 +70,10 @@ struct Renderer::State {
     const auto sorted = Clock::now();
     snow.build(grid, snapshot, setup.snow, setup.image.snow);
     stats.field_seconds += seconds_since(sorted);
-    objects.place(grid.origin(), snapshot.time);
+    objects.place(grid.origin(), snapshot.time, snapshot.driven);
     media.place(grid.origin());
     camera.place(grid.origin(), snapshot.time);
-    const Bounds bounds = lit_bounds(snapshot.time);
+    const Bounds bounds = lit_bounds();
     lights.place(grid.origin(), bounds.center() - grid.origin(),
                  static_cast<float>(0.5 * bounds.size().norm()));
     if (setup.image.snow_light == SnowLight::inside && !preview()) {
@@ -101,7 +101,7 @@ struct Renderer::State {
   }
 
   // What light subpaths should reach: all that has an end, world space.
-  Bounds lit_bounds(double time) const {
+  Bounds lit_bounds() const {
     Bounds bounds;
     const auto include = [&bounds](const Bounds& box) {
       if (box.size().norm() < 1e30) bounds.include(box);
@@ -111,8 +111,7 @@ struct Renderer::State {
       const Vec3 size = Vec3(view.cells[0], view.cells[1], view.cells[2]) * static_cast<double>(view.cell);
       include({grid.origin(), grid.origin() + size});
     }
-    for (const Object& object : setup.objects)
-      include(world_bounds({object.shape.form, object.motion.pose(object.shape.pose, time)}));
+    for (int i = 0; i < objects.count(); ++i) include(objects.bounds(i));
     for (const Medium& medium : setup.media) include(world_bounds(medium.shape));
     if (bounds.empty()) {
       const Vec3 reach = Vec3::Constant((setup.camera.target - setup.camera.position).norm());
@@ -362,15 +361,15 @@ struct Renderer::State {
   Snapshot moved;
 };
 
-Renderer::Renderer(const kernels::KernelTable& kernels, RenderSetup setup)
+FrameTracer::FrameTracer(const kernels::KernelTable& kernels, RenderSetup setup)
     : state_(std::make_unique<State>(kernels, std::move(setup))) {}
-Renderer::~Renderer() = default;
-Renderer::Renderer(Renderer&&) noexcept = default;
+FrameTracer::~FrameTracer() = default;
+FrameTracer::FrameTracer(FrameTracer&&) noexcept = default;
 
-const RenderSetup& Renderer::setup() const { return state_->setup; }
+const RenderSetup& FrameTracer::setup() const { return state_->setup; }
 
-bool Renderer::render(const Snapshot& given, Picture& picture, RenderStats& stats,
-                      const std::stop_token& stop) {
+bool FrameTracer::render(const Snapshot& given, Picture& picture, RenderStats& stats,
+                         const std::stop_token& stop) {
   stats = {};
   const int detail = state_->setup.image.detail;
   const Snapshot finer = detail > 1 ? with_relief(given, detail) : Snapshot{};
@@ -385,7 +384,7 @@ bool Renderer::render(const Snapshot& given, Picture& picture, RenderStats& stat
   return finished;
 }
 
-Sights Renderer::look(const Snapshot& given, Picture& picture) {
+Sights FrameTracer::look(const Snapshot& given, Picture& picture) {
   const int detail = state_->setup.image.detail;
   const Snapshot finer = detail > 1 ? with_relief(given, detail) : Snapshot{};
   const Snapshot& snapshot = detail > 1 ? finer : given;
@@ -396,8 +395,8 @@ Sights Renderer::look(const Snapshot& given, Picture& picture) {
   return sights;
 }
 
-bool Renderer::look_again(const Snapshot& snapshot, const Camera& from, Picture& picture, RenderStats& stats,
-                          const std::stop_token& stop) {
+bool FrameTracer::look_again(const Snapshot& snapshot, const Camera& from, Picture& picture,
+                             RenderStats& stats, const std::stop_token& stop) {
   stats = {};
   state_->setup.camera = from;
   state_->camera = CameraRays(from, state_->setup.image);
