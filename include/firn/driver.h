@@ -21,6 +21,8 @@ struct DrivenCollider {
   // last step.
   Vector3 force{};
   Vector3 torque{};  // N m, about the pivot
+
+  friend bool operator==(const DrivenCollider&, const DrivenCollider&) = default;
 };
 
 // How the collider is to move during the next step.

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "firn/driver.h"
 #include "firn/export.h"
 #include "firn/observer.h"
 #include "firn/scene.h"
@@ -64,9 +65,17 @@ class FIRN_API Session {
   Session& operator=(Session&&) noexcept;
   ~Session();
 
+  // The named collider moves as `driver` says, from the start of the simulation: as Simulation::drive(), but
+  // that the driver is called by a thread of the session. Before run(). The run remembers which colliders are
+  // driven: resume() goes on only when they are driven again, by drivers that do the same, from the time of
+  // the checkpoint that it goes on from, which their first call tells. Errors: usage Error for a name that no
+  // collider has, one with a 'motion' of the scene, one that was not driven when the run began; after run().
+  void drive(const std::string& collider, ColliderDriver driver);
+
   // Makes the frames, then the movie of all; once. When a stop is requested the finished frames are kept and
-  // a checkpoint is written. Errors: io or unstable Error, or whatever the observer throws, after the
-  // manifest has recorded it; usage Error for a second time.
+  // a checkpoint is written. Errors: io or unstable Error, or whatever the observer or a driver throws,
+  // after the manifest has recorded it; usage Error for a second time, and, before anything is done, for a
+  // collider that was driven and is not.
   SessionResult run(const std::stop_token& stop = {});
 
   std::string folder() const;  // of the run

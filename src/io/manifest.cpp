@@ -94,6 +94,7 @@ void manifest_fields(M& m, F&& field) {
   field("movie", m.movie);
   field("movie_hash", m.movie_hash);
   field("inputs", m.inputs);
+  field("driven", m.driven);
   field("snow_from", m.snow_from);
   field("snow_origin", m.snow_origin);
   field("scene_file", m.scene_file);
@@ -108,6 +109,10 @@ struct Store {
     json[name] = value;
   }
   void operator()(const char* name, const Vector3& v) const { json[name] = v; }
+  // Only where there are any.
+  void operator()(const char* name, const std::vector<std::string>& names) const {
+    if (!names.empty()) json[name] = names;
+  }
   void operator()(const char* name, const Metrics& m) const {
     metrics_fields(m, Store{json[name] = Json::object()});
   }
@@ -155,6 +160,9 @@ struct Load {
   }
   void operator()(const char* name, Vector3& v) const {
     for (std::size_t axis = 0; axis < 3; ++axis) v[axis] = json.at(name).at(axis).get<double>();
+  }
+  void operator()(const char* name, std::vector<std::string>& names) const {
+    if (json.contains(name)) json.at(name).get_to(names);
   }
   void operator()(const char* name, Metrics& m) const { metrics_fields(m, Load{json.at(name)}); }
   void operator()(const char* name, std::vector<ContactForce>& contacts) const {

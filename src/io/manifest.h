@@ -49,8 +49,9 @@ struct Manifest {
   bool wants_movie = true;
   std::string snow_from;    // absolute path of the run whose particle files are shown; empty: simulated
   std::string snow_origin;  // of that run
-  std::string scene_file;   // absolute path; other files that the scene names are relative to it
-  std::string scene;        // resolved, as TOML
+  std::vector<std::string> driven;  // colliders that a program moves, ascending
+  std::string scene_file;           // absolute path; other files that the scene names are relative to it
+  std::string scene;                // resolved, as TOML
   std::string scene_hash;
   double bytes_per_particle = 0;    // of the simulation, grid included
   std::string movie;                // file name, empty if none
@@ -61,8 +62,11 @@ struct Manifest {
 
   // The lines of the journal are signed with it.
   std::string key() const { return scene_hash + started + id; }
-  // What decides on the bits of the snow: the scene, and whether its kernels are those of `base`.
-  std::string origin() const { return isa == "base" ? scene_hash + " base" : scene_hash; }
+  // What decides on the bits of the snow: the scene, whether its kernels are those of `base`, and the program
+  // that drives a collider, of which nothing is known but the run.
+  std::string origin() const {
+    return scene_hash + (isa == "base" ? " base" : "") + (driven.empty() ? "" : " driven " + id);
+  }
 };
 
 // All but the frames.

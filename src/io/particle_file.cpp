@@ -2,6 +2,7 @@
 #include "src/io/particle_file.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "src/io/byte_stream.h"
@@ -47,8 +48,12 @@ std::vector<DrivenCollider> get_driven(ByteReader& in) {
   while (in.left() > 0) {
     DrivenCollider& c = driven.emplace_back();
     c.name = in.take(in.get<std::uint32_t>());
-    for_each_number(c, [&](double& number) { number = in.get<double>(); });
+    for_each_number(c, [&](double& number) {
+      number = in.get<double>();
+      if (!std::isfinite(number)) in.fail("damaged particle file: a driven collider is nowhere");
+    });
   }
+  if (driven.empty()) in.fail("damaged particle file: its driven colliders are missing");
   return driven;
 }
 

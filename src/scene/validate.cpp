@@ -58,13 +58,6 @@ struct Checker {
     if (formats.empty())
       refuse("output", "formats",
              "no format is given, so there would be no picture; 'firn simulate' makes none");
-    const auto& layers = scene.output.layers;
-    const bool more = std::any_of(layers.begin(), layers.end(), [](const auto& l) { return l != "beauty"; });
-    const bool linear = std::any_of(formats.begin(), formats.end(),
-                                    [](const auto& format) { return format == "pfm" || format == "exr"; });
-    if (more && !linear) {
-      refuse("output", "layers", "png and ppm hold the beauty alone: add \"pfm\" or \"exr\" to formats");
-    }
   }
 
   void preview() const {

@@ -61,6 +61,20 @@ Manifest new_manifest(const SessionOptions& options, const SceneConfig& scene, c
   return m;
 }
 
+std::size_t collider_number(const SceneConfig& scene, const std::string& name, const ColliderDriver& driver) {
+  const std::vector<std::string> names = collider_names(scene);
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) {
+    std::string known;
+    for (const std::string& other : names) known += (known.empty() ? "" : ", ") + other;
+    throw Error(
+        ErrorCode::usage, "drive",
+        "the scene has no collider '" + name + "'" + (known.empty() ? "; it has none" : "; it has " + known));
+  }
+  if (!driver) throw Error(ErrorCode::usage, "drive", "the driver of '" + name + "' is empty");
+  return static_cast<std::size_t>(found - names.begin());
+}
+
 void require_utf8(const std::string& text, const std::string& where) {
   if (is_utf8(text)) return;
   throw Error(ErrorCode::usage, where,
@@ -81,13 +95,29 @@ std::unique_ptr<SimulatedSnow> make_snow(const SceneConfig& scene, const kernels
                                          scene.time.speed / scene.time.fps);
 }
 
-std::unique_ptr<FrameTracer> make_tracer(const SceneConfig& scene, const kernels::KernelTable& kernels) {
-  const auto& formats = scene.output.formats;
+namespace {
+
+// What a program renders for itself needs no file that could hold it.
+void require_formats(const SceneConfig& scene) {
+  const auto &formats = scene.output.formats, &layers = scene.output.layers;
+  const bool more = std::any_of(layers.begin(), layers.end(), [](const auto& l) { return l != "beauty"; });
+  const bool linear = std::any_of(formats.begin(), formats.end(),
+                                  [](const auto& format) { return format == "pfm" || format == "exr"; });
+  if (more && !linear) {
+    throw Error(ErrorCode::usage, place_of(scene, "output", "layers"),
+                "png and ppm hold the beauty alone: add \"pfm\" or \"exr\" to formats");
+  }
   if (!has_exr() && std::find(formats.begin(), formats.end(), "exr") != formats.end()) {
     throw Error(
         ErrorCode::usage, place_of(scene, "output", "formats"),
         "this firn was built without OpenEXR and cannot write \"exr\"; \"pfm\" holds the same layers");
   }
+}
+
+}  // namespace
+
+std::unique_ptr<FrameTracer> make_tracer(const SceneConfig& scene, const kernels::KernelTable& kernels) {
+  require_formats(scene);
   return std::make_unique<FrameTracer>(kernels, build_render(scene));
 }
 

@@ -29,6 +29,10 @@ double expected_frame_seconds(const SceneConfig& scene, const SimulatedSnow* sno
 // The manifest of a run that begins now, with this machine and program filled in.
 Manifest new_manifest(const SessionOptions& options, const SceneConfig& scene, const std::string& isa);
 
+// The index of a collider that is to be driven. Errors: usage Error for a name that none has, or a driver
+// that is empty.
+std::size_t collider_number(const SceneConfig& scene, const std::string& name, const ColliderDriver& driver);
+
 // Errors: usage Error at `where` for text that a manifest cannot hold.
 void require_utf8(const std::string& text, const std::string& where);
 

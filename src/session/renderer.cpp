@@ -9,6 +9,7 @@
 #include "firn/error.h"
 #include "src/core/isa.h"
 #include "src/core/threads.h"
+#include "src/core/vector.h"
 #include "src/render/frame_tracer.h"
 #include "src/scene/scene.h"
 
@@ -76,6 +77,12 @@ void Renderer::State::require(const Snapshot& snapshot) const {
     check_particle(snapshot, i);
   }
   for (const DrivenCollider& c : snapshot.driven) {
+    const Vector3* const vectors[] = {&c.position, &c.velocity, &c.angular_velocity};
+    bool finite = mat(c.rotation).allFinite() && std::isfinite(c.time);
+    for (const Vector3* v : vectors) finite = finite && vec(*v).allFinite();
+    if (!finite)
+      throw Error(ErrorCode::unstable, "snapshot",
+                  "the driven collider '" + c.name + "' is not at a finite place");
     if (std::find(colliders.begin(), colliders.end(), c.name) != colliders.end()) continue;
     throw Error(
         ErrorCode::usage, "snapshot",

@@ -47,6 +47,7 @@ Session& Session::operator=(Session&&) noexcept = default;
 Session::~Session() = default;
 
 SessionResult Session::run(const std::stop_token& stop) {
+  state_->require_drivers();
   if (std::exchange(state_->has_run, true))
     throw Error(ErrorCode::usage, folder(), "this session has run already; resume() begins the next one");
   return state_->run(stop);

@@ -38,8 +38,9 @@ struct Session::State {
   std::unique_ptr<SimulatedSnow> simulated;
   std::unique_ptr<RecordedSnow> recorded;
   std::unique_ptr<FrameTracer> renderer;
-  double expected_seconds = 0;  // of one frame, for the first guess of the time left
-  std::vector<int> frames;      // to be made, ascending
+  double expected_seconds = 0;   // of one frame, for the first guess of the time left
+  std::vector<int> frames;       // to be made, ascending
+  std::set<std::string> driven;  // colliders that have a driver now
   bool has_run = false;
   bool nothing_to_do = false;  // of a complete run: only what the manifest knows is written again
   // Given where recorded snow is shown in its own folder: only pictures are added, and others may do so too.
@@ -48,6 +49,10 @@ struct Session::State {
   // Makes the frames, then the movie of all; once. Interrupted: finished frames are kept and a checkpoint is
   // written. Errors come out after the manifest has recorded them. Not to be called from two threads.
   SessionResult run(const std::stop_token& stop);
+
+  void drive(const std::string& collider, ColliderDriver driver);
+  // Errors: usage Error if a collider of the run was driven and is not.
+  void require_drivers() const;
 
   void tell(const std::string& line);  // the observer and, from the start of run() on, the log
 

@@ -21,6 +21,7 @@
 #include "src/scene/add_snow.h"
 #include "src/scene/name.h"
 #include "src/scene/scene.h"
+#include "src/session/prepare.h"
 
 namespace firn {
 namespace {
@@ -159,17 +160,7 @@ std::size_t Simulation::remove_snow(std::span<const std::uint32_t> ids) {
 }
 
 void Simulation::drive(const std::string& collider, ColliderDriver driver) {
-  const std::vector<std::string> names = collider_names(config_of(state_->scene));
-  const auto found = std::find(names.begin(), names.end(), collider);
-  if (found == names.end()) {
-    std::string known;
-    for (const std::string& name : names) known += (known.empty() ? "" : ", ") + name;
-    throw Error(ErrorCode::usage, "drive",
-                "the scene has no collider '" + collider + "'" +
-                    (known.empty() ? "; it has none" : "; it has " + known));
-  }
-  if (!driver) throw Error(ErrorCode::usage, "drive", "the driver of '" + collider + "' is empty");
-  const auto index = static_cast<std::size_t>(found - names.begin());
+  const std::size_t index = collider_number(config_of(state_->scene), collider, driver);
   state_->threads.run([&] { state_->solver.drive(index, std::move(driver)); });
 }
 

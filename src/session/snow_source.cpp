@@ -40,6 +40,10 @@ bool SimulatedSnow::fetch(int frame, Snapshot& out, FrameRecord& record, const s
   return true;
 }
 
+void SimulatedSnow::drive(std::size_t collider, ColliderDriver driver) {
+  simulation_.drive(collider, std::move(driver));
+}
+
 double SimulatedSnow::bytes_per_particle() const {
   return static_cast<double>(simulation_.resident_bytes()) /
          static_cast<double>(std::max<std::size_t>(simulation_.particle_count(), 1));

@@ -34,6 +34,7 @@ class SimulatedSnow : public SnowSource {
   SimulatedSnow(Solver simulation, double seconds_per_frame);
   bool fetch(int frame, Snapshot& out, FrameRecord& record, const std::stop_token& stop) override;
   double bytes_per_particle() const;
+  void drive(std::size_t collider, ColliderDriver driver);  // as Solver::drive()
 
   // Goes on from a checkpoint; of its pending frames it keeps those that are wanted (ascending).
   void restore(Checkpoint checkpoint, const std::vector<int>& wanted);

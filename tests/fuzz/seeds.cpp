@@ -40,6 +40,10 @@ void write_snow(const std::filesystem::path& folder) {
   write_file(place(folder, "particles", "three"), encode_snapshot(snapshot));
   write_file(place(folder, "points", "three"), encode_snapshot(snapshot));
   write_file(place(folder, "particles", "none"), encode_snapshot(Snapshot{}));
+  snapshot.driven.resize(2);
+  snapshot.driven[0].name = "blade";
+  write_file(place(folder, "particles", "driven"), encode_snapshot(snapshot));
+  snapshot.driven.clear();
   std::ostringstream state;
   snow.save(state);
   write_file(place(folder, "state", "tiny"), state.str());

@@ -34,6 +34,19 @@ Snapshot random_snapshot(std::size_t count, int frame) {
   return s;
 }
 
+DrivenCollider random_collider(const std::string& name) {
+  DrivenCollider c;
+  c.name = name;
+  double next = static_cast<double>(name.size());
+  c.time = ++next;
+  c.dt = ++next;
+  for (auto* v : {&c.position, &c.velocity, &c.angular_velocity, &c.force, &c.torque}) {
+    for (double& x : *v) x = 1 / ++next;
+  }
+  for (double& x : c.rotation) x = 1 / ++next;
+  return c;
+}
+
 bool same(const Snapshot& a, const Snapshot& b) {
   if (a.frame != b.frame || a.time != b.time || a.origin != b.origin || a.dx != b.dx) return false;
   return encode_snapshot(a) == encode_snapshot(b);
@@ -59,6 +72,33 @@ TEST_CASE("A particle file reads back bit for bit") {
     CHECK(same(in, out));
     CHECK((count == 0 || std::memcmp(in.position[2].data(), out.position[2].data(), 4 * count) == 0));
     CHECK(in.object == out.object);
+  }
+}
+
+TEST_CASE("A particle file has the driven colliders of its time") {
+  for (const std::size_t count : {0, 1, 103}) {
+    for (const std::size_t names : {1, 2, 40}) {
+      Snapshot out = random_snapshot(count, 2);
+      const std::string without = encode_snapshot(out);
+      for (std::size_t k = 0; k < names; ++k)
+        out.driven.push_back(random_collider(std::string(k, 'x') + "\xc3\xa9"));
+      const std::string bytes = encode_snapshot(out);
+      const Snapshot in = decode_snapshot(bytes, "p.firn");
+      REQUIRE(in.driven.size() == names);
+      for (std::size_t k = 0; k < names; ++k) CHECK(in.driven[k] == out.driven[k]);
+      CHECK(encode_snapshot(in) == bytes);
+      for (std::size_t at = 0; at < bytes.size(); at += 31) {
+        std::string damaged = bytes;
+        damaged[at] = static_cast<char>(damaged[at] ^ 0x10);
+        REQUIRE_THROWS_AS(decode_snapshot(damaged, "p.firn"), Error);
+        REQUIRE_THROWS_AS(decode_snapshot(bytes.substr(0, at), "p.firn"), Error);
+      }
+      out.driven.clear();
+      CHECK(encode_snapshot(out) == without);
+      out.driven.push_back(random_collider("a"));
+      out.driven[0].force[1] = std::numeric_limits<double>::infinity();
+      CHECK_THROWS_WITH(decode_snapshot(encode_snapshot(out), "p.firn"), contains("p.firn"));
+    }
   }
 }
 

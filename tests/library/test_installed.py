@@ -19,7 +19,7 @@ BUILD = Path(sys.argv[1]).resolve()
 COMPILER = sys.argv[2:]
 STRICT = ["-std=c++20", "-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Werror"]
 # What the shared library may show of itself, after its parameters are taken away.
-PUBLIC = re.compile(r"^(vtable for |typeinfo for |typeinfo name for )?firn::(Error|Observer|Scene|Session|Simulation|Snapshot|Value|version|revision)\b")
+PUBLIC = re.compile(r"^(vtable for |typeinfo for |typeinfo name for )?firn::(Error|Observer|Renderer|Scene|Session|Simulation|Snapshot|Value|read_points|revision|tone_mapped|version|write_picture|write_points)\b")
 
 
 def sanitized():
@@ -137,6 +137,8 @@ class Installed(unittest.TestCase):
         self.assertEqual(len(blade), 10)
         self.assertLess(sum(row[3] for row in blade) / len(blade), -50)  # snow holds it back
         self.assertLess(blade[-1][2], 400 / 20 * 0.3)
+        self.assertRegex(self.words(self.example("points"), "heart.png"), r"^\d{5} points, 240 x 240 pixels, brightest [01]\.\d+\n$")
+        self.assertEqual((self.here / "heart.png").read_bytes()[:4], b"\x89PNG")
         self.assertRegex(self.words(self.example("snow_comes_and_goes")), r"^(\S+ s: \d+ particles, \d+ taken out, \S+ kg\n){4}$")
 
     def cmake(self, folder, root, asked, target="firn::firn"):

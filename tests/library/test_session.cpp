@@ -14,6 +14,7 @@
 
 #include "firn/firn.h"
 #include "tests/catch.h"
+#include "tests/library/folder.h"
 #include "tests/library/refusal.h"
 
 namespace firn::test::session {
@@ -22,20 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::string kScene = FIRN_SOURCE_ROOT "/tests/program/tiny.toml";
-
-// A folder that goes again.
-struct Folder {
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "firn-library-XXXXXX").string();
-    if (!::mkdtemp(name.data())) throw std::runtime_error("no folder for the test");
-    path = name;
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  ~Folder() { fs::remove_all(path); }
-  std::string operator/(const std::string& name) const { return (path / name).string(); }
-  fs::path path;
-};
 
 SessionOptions into(const std::string& folder, int threads = 2) {
   SessionOptions options;

@@ -161,8 +161,6 @@ TEST_CASE("a camera or an output that makes no sense is refused where it is writ
   CHECK_REFUSES(read(camera("focus = 2")), "scene.toml:6:1: 'focus' is given, but no 'aperture'");
   CHECK_REFUSES(read(camera("shutter = 1.5")), "'shutter' is 1.5, out of range");
   CHECK_REFUSES(read(camera("aperture = -1")), "'aperture' is -1.0, out of range");
-  CHECK_REFUSES(read(kBall + "[output]\nlayers = [\"albedo\"]"),
-                "scene.toml:6:1: png and ppm hold the beauty alone: add \"pfm\" or \"exr\" to formats");
 }
 
 }  // namespace firn::test::keyframes
