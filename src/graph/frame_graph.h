@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "firn/observer.h"
-#include "firn/snapshot.h"
 #include "firn/picture.h"
+#include "firn/snapshot.h"
 
 namespace firn {
 

@@ -63,11 +63,7 @@ Snapshot::Snapshot(std::size_t particles, const StateColumns& state) {
 }
 
 Snapshot::Snapshot(const Snapshot& other)
-    : frame(other.frame),
-      time(other.time),
-      origin(other.origin),
-      dx(other.dx),
-      driven(other.driven) {
+    : frame(other.frame), time(other.time), origin(other.origin), dx(other.dx), driven(other.driven) {
   resize(other.size(), other.state());
   const std::size_t bytes = lay_out(other.size(), other.state(), memory_.get());
   if (bytes > 0) std::memcpy(memory_.get(), other.memory_.get(), bytes);

@@ -10,10 +10,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "firn/picture.h"
 #include "src/core/vector.h"
 #include "src/render/film/denoise.h"
 #include "src/render/film/filter.h"
-#include "firn/picture.h"
 
 namespace firn {
 
