@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // All of firn's library.
 #pragma once
+#include "firn/check.h"
 #include "firn/error.h"
 #include "firn/observer.h"
 #include "firn/picture.h"

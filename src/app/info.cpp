@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // What this program is and can do; or what a run is and did, whoever is at work on it.
-#include <cstdio>
 #include <iostream>
 #include <string>
 #include <thread>
@@ -29,20 +28,6 @@ void print_program() {
   print_line("pictures", has_exr() ? "png, ppm, pfm, exr" : "png, ppm, pfm");
   print_line("movie", ffmpeg ? "mp4 through " + ffmpeg->string()
                              : std::string("animated WebP (no ffmpeg on the PATH)"));
-}
-
-void print_run(const RunFolder& folder, const Manifest& m) {
-  print_line("run", folder.path().string());
-  print_line("status", m.error.empty() ? m.status : m.status + ": " + m.error);
-  print_line("frames", std::to_string(m.frames.size()) + " finished of " + std::to_string(m.first) + "-" +
-                           std::to_string(m.last));
-  print_line("scene", m.scene_file + ", seed " + std::to_string(m.seed));
-  if (!m.snow_from.empty()) print_line("snow from", m.snow_from);
-  print_line("command", m.command);
-  print_line("started", m.started);
-  print_line("version", m.version + " (" + m.revision + "), " + m.compiler + ", " + m.build_type + " build");
-  print_line("cpu", m.cpu);
-  std::printf("\n%s\n", closing_report(folder, m, {}).c_str());
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include <cstdio>
 
 #include "src/app/progress.h"
+#include "src/core/text.h"
+#include "src/core/threads.h"
 
 namespace firn {
 namespace {
@@ -75,6 +77,30 @@ std::string closing_report(const RunFolder& folder, const Manifest& manifest,
   }
   return report + overlap(intervals) +
          text("  %-18s%d, %s", "threads", manifest.threads, manifest.isa.c_str());
+}
+
+std::string closing_report(const Session& session, const std::vector<StageInterval>& intervals, int threads) {
+  const RunFolder folder = RunFolder::open(session.folder());
+  Manifest manifest = read_manifest(folder.manifest(), folder.journal());
+  if (session.shares()) {
+    manifest.pictures = true;
+    manifest.threads = Threads::count_of(threads);
+  }
+  return closing_report(folder, manifest, intervals);
+}
+
+void print_run(const RunFolder& folder, const Manifest& m) {
+  print_line("run", folder.path().string());
+  print_line("status", m.error.empty() ? m.status : m.status + ": " + m.error);
+  print_line("frames", std::to_string(m.frames.size()) + " finished of " + std::to_string(m.first) + "-" +
+                           std::to_string(m.last));
+  print_line("scene", m.scene_file + ", seed " + std::to_string(m.seed));
+  if (!m.snow_from.empty()) print_line("snow from", m.snow_from);
+  print_line("command", m.command);
+  print_line("started", m.started);
+  print_line("version", m.version + " (" + m.revision + "), " + m.compiler + ", " + m.build_type + " build");
+  print_line("cpu", m.cpu);
+  std::printf("\n%s\n", closing_report(folder, m, {}).c_str());
 }
 
 }  // namespace firn

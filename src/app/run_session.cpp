@@ -8,10 +8,7 @@
 #include "src/app/interrupt.h"
 #include "src/app/progress.h"
 #include "src/app/report.h"
-#include "src/core/threads.h"
-#include "src/io/manifest.h"
 #include "src/io/program.h"
-#include "src/io/run_folder.h"
 
 namespace firn {
 namespace {
@@ -28,18 +25,6 @@ std::string command_again(const Options& options, const Session& session, const 
   return shell_line(words);
 }
 
-// Of a run that others render too: what all of them made, with this one's threads.
-std::string closing_report(const Options& options, const Session& session,
-                           const std::vector<StageInterval>& intervals) {
-  const RunFolder folder = RunFolder::open(session.folder());
-  Manifest manifest = read_manifest(folder.manifest(), folder.journal());
-  if (session.shares()) {
-    manifest.pictures = true;
-    manifest.threads = Threads::count_of(options.session.threads);
-  }
-  return closing_report(folder, manifest, intervals);
-}
-
 }  // namespace
 
 ExitCode run_session(const Options& options, const std::function<Session(Observer&)>& begin) {
@@ -54,7 +39,7 @@ ExitCode run_session(const Options& options, const std::function<Session(Observe
   } else if (result.nothing_to_do) {
     session.tell("This run is complete.");
   } else {
-    session.tell(closing_report(options, session, result.intervals));
+    session.tell(closing_report(session, result.intervals, options.session.threads));
   }
   std::cout << folder << "\n";
   return result.interrupted ? ExitCode::interrupted : ExitCode::ok;

@@ -2,10 +2,19 @@
 // Words as people and files spell them.
 #pragma once
 #include <cstdint>
+#include <cstdio>
 #include <string>
 #include <vector>
 
 namespace firn {
+
+// printf's, of at most 255 characters.
+template <class... Values>
+std::string text(const char* format, Values... values) {
+  char line[256];
+  std::snprintf(line, sizeof line, format, values...);
+  return line;
+}
 
 std::string lower_case(std::string text);  // A to Z only, whatever the locale
 // Control characters as \x1b, for they would break the line or draw on the terminal.
