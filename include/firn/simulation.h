@@ -44,7 +44,10 @@ class FIRN_API Simulation {
   // One step of the longest stable length, or of the scene's fixed one. Returns it, s. Errors: as above.
   double step();
 
-  double time() const;       // s
+  double time() const;  // s
+  // Where the advance_to() that is under way is, or the last one ended, s. For other threads too, such as
+  // those that draw its progress.
+  double reached() const;
   std::size_t size() const;  // particles
   Metrics metrics() const;
   // A copy of the state now. Its `frame` is 0.

@@ -22,6 +22,7 @@ Solver::Solver(Solver&&) noexcept = default;
 bool Solver::advance_to(double time, const std::stop_token& stop) {
   State& s = *state_;
   s.require_idle();
+  s.reached = s.time;
   if (s.time < time) s.forces.begin_if_complete(s.time);
   while (s.time < time) {
     if (stop.stop_requested()) return false;
@@ -34,7 +35,7 @@ bool Solver::advance_to(double time, const std::stop_token& stop) {
       throw Error(ErrorCode::unstable, "", "no step is short enough for the " + limit.cause);
     s.last_step.cause = limit.cause;
     s.checked_step(end - s.time);
-    s.time = end;
+    s.reached = s.time = end;
   }
   s.forces.complete = true;
   return true;
@@ -81,6 +82,7 @@ std::vector<Collider> Solver::colliders_now() const {
 }
 
 double Solver::time() const { return state_->time; }
+double Solver::reached() const { return state_->reached; }
 
 TimeStep Solver::stable_step() const {
   if (state_->setup.fixed_dt) return {*state_->setup.fixed_dt, "the scene's fixed dt"};
