@@ -47,7 +47,9 @@ class FIRN_API Simulation {
 
   const Scene& scene() const;  // with the snow that was added
   double time() const;         // s
-  std::size_t size() const;    // particles
+  // As time(), for other threads too, such as those that draw how far advance_to() has come.
+  double reached() const;
+  std::size_t size() const;  // particles
   Metrics metrics() const;
   // A copy of the state now. Its `frame` is 0.
   Snapshot snapshot(const StateColumns& columns = {}) const;

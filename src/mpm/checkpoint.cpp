@@ -289,7 +289,7 @@ void Solver::load(std::istream& in) {
   if (c.last_dt > 0) s.moving = moving_colliders(s.setup.colliders, c.time - c.last_dt, c.time);
   s.rebuild_grid();
   s.plastic_work = c.plastic_work;
-  s.time = c.time;
+  s.reached = s.time = c.time;
   s.steps = c.steps;
   s.particle_steps = c.particle_steps;
   s.left = c.left;

@@ -34,7 +34,7 @@ bool Solver::advance_to(double time, const std::stop_token& stop) {
       throw Error(ErrorCode::unstable, "", "no step is short enough for the " + limit.cause);
     s.last_step.cause = limit.cause;
     s.checked_step(end - s.time);
-    s.time = end;
+    s.reached = s.time = end;
   }
   s.forces.complete = true;
   return true;
@@ -81,6 +81,7 @@ std::vector<Collider> Solver::colliders_now() const {
 }
 
 double Solver::time() const { return state_->time; }
+double Solver::reached() const { return state_->reached; }
 
 TimeStep Solver::stable_step() const {
   if (state_->setup.fixed_dt) return {*state_->setup.fixed_dt, "the scene's fixed dt"};

@@ -102,6 +102,7 @@ class Solver {
   std::size_t remove(const std::vector<std::uint32_t>& ids);
 
   double time() const;
+  double reached() const;        // as time(), for any thread at any time
   TimeStep stable_step() const;  // the dt that the next step would take at most
   std::size_t particle_count() const;
   std::size_t resident_bytes() const;  // all memory of the simulation

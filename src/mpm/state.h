@@ -2,6 +2,7 @@
 // Everything that a simulation holds between two steps. Private to src/mpm: the rest of firn sees
 // simulation.h.
 #pragma once
+#include <atomic>
 #include <functional>
 #include <utility>
 #include <vector>
@@ -62,7 +63,8 @@ struct Solver::State {
   double plastic_work = 0;              // J, since the start
   double work_quanta = 0;               // 1/J
 
-  double time = 0;  // s
+  double time = 0;                 // s
+  std::atomic<double> reached{0};  // as `time`, for other threads
   std::uint64_t steps = 0;
   std::uint64_t particle_steps = 0;
   std::size_t left = 0;             // particles gone through the domain's boundary

@@ -236,7 +236,7 @@ void Solver::State::step(double dt) {
   particle_steps += particles.size() - asleep();
   note_rest(dt);
   note_driven(dt);
-  time += dt;
+  reached = time += dt;
   ++steps;
   changed = false;
   check_stability(dt);

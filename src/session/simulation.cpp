@@ -100,6 +100,7 @@ double Simulation::step() {
 
 const Scene& Simulation::scene() const { return state_->scene; }
 double Simulation::time() const { return state_->solver.time(); }
+double Simulation::reached() const { return state_->solver.reached(); }
 std::size_t Simulation::size() const { return state_->solver.particle_count(); }
 
 Metrics Simulation::metrics() const {

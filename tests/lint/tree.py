@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-ROOMS = ["include", "kernels", "src", "examples", "tests", "bench", "docs", "scenes", "packages"]
+ROOMS = ["include", "kernels", "src", "examples", "tests", "bench", "docs", "scenes", "packages", "python"]
 SKIPPED = {"__pycache__"}
 
 
