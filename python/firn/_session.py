@@ -183,7 +183,7 @@ class Session:
         return self._core.shares()
 
     def tell(self, line: str) -> None:
-        """A line to the observer and, once run() has begun, to the log of the run."""
+        """A line to the observer. Errors: UsageError once run() has ended, which lets go of the folder."""
         self._core.tell(line)
 
     def __repr__(self) -> str:
