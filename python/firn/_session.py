@@ -2,12 +2,13 @@
 """Sessions: a scene run as the program `firn` runs it."""
 from __future__ import annotations
 
+import operator
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from . import _core
+from . import _core as library
 from ._errors import place, usage_error
 from ._observer import Forward, Observer
 from ._progress import SessionProgress, wanted
@@ -68,7 +69,7 @@ class Session:
     """
 
     __slots__ = ("_core", "_observers", "__weakref__")
-    _core: _core.Session
+    _core: library.Session
     _observers: list[Observer]
 
     def __init__(self) -> None:
@@ -103,7 +104,7 @@ class Session:
             raise TypeError(f"a run is made of a firn.Scene, not of {type(scene).__name__}")
         options = _options(out, frames, threads, isa, overlap, force, overwrite)
         options.update(pictures=pictures, particles=particles, movie=movie)
-        return cls._begin(observer, progress, lambda told: _core.Session.start(scene._core, options, told))
+        return cls._begin(observer, progress, lambda told: library.Session.start(scene._core, options, told))
 
     @classmethod
     def resume(
@@ -123,7 +124,7 @@ class Session:
         Errors: UsageError, FileError.
         """
         options = _options(None, frames, threads, isa, overlap, force, False)
-        return cls._begin(observer, progress, lambda told: _core.Session.resume(path_text(run), options, told))
+        return cls._begin(observer, progress, lambda told: library.Session.resume(path_text(run), options, told))
 
     @classmethod
     def render(
@@ -150,7 +151,7 @@ class Session:
         options = _options(out, frames, threads, isa, overlap, force, overwrite)
         options.update(movie=movie)
         changes = overrides_text(overrides, place())
-        return cls._begin(observer, progress, lambda told: _core.Session.render(path_text(run), options, quick, changes, told))
+        return cls._begin(observer, progress, lambda told: library.Session.render(path_text(run), options, quick, changes, told))
 
     def run(self, stop: Stop | None = None) -> SessionResult:
         """Makes the frames, then the movie of all; once.
@@ -163,7 +164,7 @@ class Session:
         Errors: FileError, UnstableError, or whatever the observer raises, after the manifest has recorded it; UsageError
         for a second time.
         """
-        told = self._core.run(None if stop is None else lambda: bool(stop.is_set()))
+        told = self._core.run(_watch(stop))
         return SessionResult(
             interrupted=told["interrupted"],
             nothing_to_do=told["nothing_to_do"],
@@ -193,7 +194,7 @@ class Session:
         raise TypeError("a firn.Session is neither copied nor pickled; Session.resume() goes on with its run")
 
     @classmethod
-    def _begin(cls, observer: Observer | None, progress: bool | str | None, begin: Callable[[Forward], _core.Session]) -> Session:
+    def _begin(cls, observer: Observer | None, progress: bool | str | None, begin: Callable[[Forward], library.Session]) -> Session:
         if observer is not None and not isinstance(observer, Observer):
             raise TypeError(f"an observer is a firn.Observer, not of the type {type(observer).__name__}")
         made = cls.__new__(cls)
@@ -225,11 +226,21 @@ def _options(
     }
 
 
+def _watch(stop: Stop | None) -> Callable[[], bool] | None:
+    if stop is None:
+        return None
+    asked = stop.is_set
+    return lambda: bool(asked())
+
+
 def _frames(frames: int | Sequence[int] | None) -> tuple[int, int] | None:
     if frames is None:
         return None
     try:
-        first, last = (frames, frames) if hasattr(frames, "__index__") else frames  # type: ignore[misc]
-        return int(first), int(last)
+        if isinstance(frames, Sequence) and not isinstance(frames, str):
+            first, last = frames
+        else:
+            first = last = frames
+        return operator.index(first), operator.index(last)
     except (TypeError, ValueError):
         raise usage_error("frames", f"a number, or a pair of the first and the last, not {frames!r}") from None

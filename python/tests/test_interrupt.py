@@ -124,16 +124,28 @@ def test_simulations_stop_and_can_be_used(tmp_path: Path, text: str, dx: float, 
 
 @pytest.mark.parametrize("delay", [0.0, 0.3, 1.0])
 @pytest.mark.parametrize("samples", [1, 16, 4096])
-def test_a_run_stops_with_a_checkpoint_and_goes_on(tmp_path: Path, samples: int, delay: float) -> None:
+def test_a_run_stops_with_a_checkpoint(tmp_path: Path, samples: int, delay: float) -> None:
     process = start(tmp_path, RUN, 0.02, samples)
     assert interrupt(process, delay) < LIMIT
     finish(process)
     assert json.loads((tmp_path / "run/run.json").read_text())["status"] == "interrupted"
-    if samples == 4096:  # which would take minutes
-        return
-    again = "import firn; print(firn.Session.resume('run', frames=(0, 1)).run().interrupted)"
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.1, 0.3])
+def test_a_run_that_was_interrupted_goes_on_to_the_same_bits(tmp_path: Path, delay: float) -> None:
+    small = 'scene.set("time.frames", 8).set("image.width", 48).set("image.height", 36)\ninterrupted('
+    process = start(tmp_path, RUN.replace("\ninterrupted(", "\n" + small), 0.02, 64)
+    time.sleep(delay)
+    process.send_signal(signal.SIGINT)
+    finish(process)
+    again = "import firn; print(firn.Session.resume('run').run().interrupted)"
     done = subprocess.run([sys.executable, "-c", again], cwd=tmp_path, capture_output=True, text=True, timeout=100)
     assert (done.returncode, done.stdout) == (0, "False\n"), done.stderr
+    whole = "import firn; firn.Session.start(firn.Scene.read('run/scene.resolved.toml'), out='whole').run()"
+    subprocess.run([sys.executable, "-c", whole], cwd=tmp_path, check=True, timeout=100)
+    for frame in range(8):
+        for name in (f"frames/{frame:04}.png", f"particles/{frame:04}.firn"):
+            assert (tmp_path / "run" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes(), name
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.5])

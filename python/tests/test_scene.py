@@ -8,7 +8,7 @@ import math
 import pickle
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, Callable
 
 import numpy as np
 import pytest
@@ -94,7 +94,8 @@ def test_a_list_in_itself_is_refused(scene: firn.Scene) -> None:
 ])
 def test_wrong_values_come_out_of_check_with_the_line_that_gave_them(scene: firn.Scene, path: str, value: Any, what: str) -> None:
     scene.set(path, value); line = here()  # noqa: E702
-    for use in (scene.check, scene.toml, lambda: scene.frames, lambda: firn.Simulation(scene)):
+    uses: list[Callable[[], object]] = [scene.check, scene.toml, lambda: scene.frames, lambda: firn.Simulation(scene)]
+    for use in uses:
         with pytest.raises(firn.UsageError) as raised:
             use()
         assert raised.value.where == f"test_scene.py:{line}" and what in str(raised.value)
@@ -139,7 +140,8 @@ def test_a_scene_reads_back_what_it_tells(scene: firn.Scene) -> None:
 def test_files_their_small_size_and_overrides(tmp_path: Path, scene: firn.Scene) -> None:
     file = tmp_path / "a.toml"
     file.write_text(scene.toml() + "\n[quick.image]\nwidth = 16\n")
-    for path in (file, str(file)):
+    paths: list[Any] = [file, str(file)]
+    for path in paths:
         assert width_of(firn.Scene.read(path)) == "width = 32"
         assert width_of(firn.Scene.read(path, quick=True)) == "width = 16"
         changed = firn.Scene.read(path, quick=True, overrides={

@@ -11,7 +11,7 @@ import subprocess
 import threading
 import weakref
 from pathlib import Path
-from typing import Any
+from typing import Any, Callable
 
 import numpy as np
 import pytest
@@ -63,7 +63,7 @@ def test_a_time_that_has_passed_does_nothing_and_one_that_is_no_number_is_refuse
     simulation = firn.Simulation(scene)
     simulation.advance_to(0.01)
     before = simulation.hash()
-    assert simulation.advance_to(0.005) and simulation.advance_to(-1) and simulation.advance_to(np.float32(0))
+    assert simulation.advance_to(0.005) and simulation.advance_to(-1) and simulation.advance_to(float(np.float32(0)))
     assert simulation.hash() == before and simulation.time == 0.01
     for wrong in (np.inf, np.nan):
         with pytest.raises(firn.UsageError, match="finite"):
@@ -77,6 +77,7 @@ def test_metrics_are_of_the_snow(scene: firn.Scene) -> None:
     simulation.advance_to(0.05)
     m, snow = simulation.metrics(), simulation.snapshot(J=True)
     assert m == simulation.metrics() and m.time == 0.05 and m.particles == len(simulation) == len(snow)
+    assert snow.J is not None
     mass = snow.density * snow.volume0 * snow.J
     assert m.mass == pytest.approx(mass.sum(), rel=1e-5)
     assert np.allclose(m.momentum, (mass * snow.velocity).sum(axis=1), rtol=1e-4, atol=1e-6)
@@ -93,9 +94,10 @@ def test_metrics_are_of_the_snow(scene: firn.Scene) -> None:
 def test_options_are_checked(scene: firn.Scene) -> None:
     with pytest.raises(firn.Error, match="isa|instruction|sse"):
         firn.Simulation(scene, isa="sse9")
-    for wrong in ("scene", None, {}):
+    wrongs: list[Any] = ["scene", None, {}]
+    for wrong in wrongs:
         with pytest.raises(TypeError):
-            firn.Simulation(wrong)  # type: ignore[arg-type]
+            firn.Simulation(wrong)
     assert firn.Simulation(scene, threads=1, isa="base").advance_to(0.001)
 
 
@@ -132,7 +134,8 @@ def test_ids_are_whole_numbers_of_any_kind(scene: firn.Scene, kind: Any) -> None
 def test_what_is_no_id_is_refused_and_none_and_all_are_taken(scene: firn.Scene) -> None:
     simulation = firn.Simulation(scene)
     count = len(simulation)
-    for wrong in ([-1], [2**32], [1.5], [True], ["1"], [[1, 2], [3, 4]], None):
+    wrongs: list[Any] = [[-1], [2**32], [1.5], [True], ["1"], [[1, 2], [3, 4]], None]
+    for wrong in wrongs:
         with pytest.raises(firn.UsageError, match="ids"):
             simulation.remove_snow(wrong)
     assert simulation.remove_snow([]) == 0 and simulation.remove_snow(np.arange(0)) == 0 and len(simulation) == count
@@ -193,7 +196,10 @@ def test_what_a_driver_raises_comes_out_unchanged_and_the_simulation_goes_on() -
 @pytest.mark.parametrize("answer", [None, (1, 2), (1, 2, 3, 4), "abc", 5, [[1, 2, 3]], firn.ColliderVelocity(linear=(1, 2))])
 def test_what_is_no_velocity_is_refused(answer: Any) -> None:
     simulation = firn.Simulation(add_blade(make_scene()))
-    simulation.drive("blade", lambda now: answer)
+    def driver(now: firn.DrivenCollider) -> Any:
+        return answer
+
+    simulation.drive("blade", driver)
     with pytest.raises(firn.UsageError, match="driver of 'blade'"):
         simulation.advance_to(0.05)
     with pytest.raises(firn.Error):
@@ -209,7 +215,8 @@ def test_drivers_look_but_do_not_touch() -> None:
         seen.append(len(simulation))
         assert simulation.metrics().time == simulation.time == now.time and simulation.snapshot().size == seen[-1]
         simulation.save(io.BytesIO())
-        for touch in (simulation.step, lambda: simulation.advance_to(1), lambda: simulation.remove_snow([1])):
+        touches: list[Callable[[], object]] = [simulation.step, lambda: simulation.advance_to(1), lambda: simulation.remove_snow([1])]
+        for touch in touches:
             with pytest.raises(firn.UsageError):
                 touch()
         return 0, 0, 0
@@ -252,11 +259,12 @@ def test_a_saved_simulation_goes_on_to_the_same_bits(tmp_path: Path) -> None:
     simulation.add_snow(shape="ball", radius=0.05, center=(0, 0.6, 0))
     simulation.advance_to(0.02)
     memory = io.BytesIO()
-    for file in (tmp_path / "a", str(tmp_path / "b"), memory):
-        simulation.save(file)
+    places: list[Any] = [tmp_path / "a", str(tmp_path / "b"), memory]
+    for place in places:
+        simulation.save(place)
     memory.seek(0)
     simulation.advance_to(0.04)
-    for place in (tmp_path / "a", str(tmp_path / "b"), memory):
+    for place in places:
         again = firn.Simulation.load(place, threads=1)
         assert again.time == 0.02
         with pytest.raises(firn.UsageError, match="driver"):

@@ -105,7 +105,7 @@ def test_the_state_is_that_of_unstrained_snow_at_the_start() -> None:
 @pytest.mark.parametrize("size", [0, 1, 100])
 def test_copies_are_equal_and_independent(make: Any, size: int) -> None:
     snow = filled(size, F=True, J=True)
-    snow.frame, snow.time, snow.dx, snow.origin = 7, 0.25, 0.5, (1, 2, 3)
+    snow.frame, snow.time, snow.dx, snow.origin = 7, 0.25, 0.5, np.array([1, 2, 3])
     again = make(snow)
     assert (again.frame, again.time, again.dx, again.origin.tolist()) == (7, 0.25, 0.5, [1, 2, 3])
     for name in ALL:
