@@ -8,7 +8,7 @@ from typing import Optional
 import numpy as np
 import numpy.typing as npt
 
-from . import _core
+from . import _core as library
 from ._errors import place, usage_error
 from ._values import path_text
 
@@ -52,7 +52,7 @@ def read_points(path: str | os.PathLike[str]) -> dict[str, Array]:
 
     Errors: FileError that names the file, and the point, counted from 0, or the array.
     """
-    return _core.read_points(path_text(path))
+    return library.read_points(path_text(path))
 
 
 def write_points(
@@ -72,4 +72,4 @@ def write_points(
     where = place()
     given = {"position": position, "velocity": velocity, "volume": volume, "mass": mass, "radius": radius,
              "density": density, "Jp": Jp, "F": F}
-    _core.write_points(columns(where, given), path_text(path))
+    library.write_points(columns(where, given), path_text(path))

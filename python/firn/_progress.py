@@ -39,7 +39,7 @@ def wanted(progress: bool | str | None) -> bool:
 def bar(title: str, whole: float, unit: str) -> Bar:
     """A bar on the error stream, from 0 to `whole` units."""
     try:
-        from tqdm.auto import tqdm
+        from tqdm.auto import tqdm  # type: ignore[import]
     except ImportError:
         return PlainBar(title, whole, unit)
     return TqdmBar(tqdm, title, whole, unit)

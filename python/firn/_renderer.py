@@ -11,7 +11,7 @@ from typing import Optional
 import numpy as np
 import numpy.typing as npt
 
-from . import _core
+from . import _core as library
 from ._core import Snapshot
 from ._scene import Scene
 from ._simulation import Stop
@@ -33,7 +33,7 @@ class Picture:
     """
 
     __slots__ = ("_core", "exposure", "tone_map", "__weakref__")
-    _core: _core.Picture
+    _core: library.Picture
     exposure: float
     tone_map: str
 
@@ -41,7 +41,7 @@ class Picture:
         """Black. Errors: ValueError for a picture without pixels."""
         if width < 1 or height < 1:
             raise ValueError(f"a picture has pixels, not {width} x {height}")
-        self._core = _core.Picture(width, height)
+        self._core = library.Picture(width, height)
         self.exposure, self.tone_map = exposure, tone_map
 
     @property
@@ -102,7 +102,7 @@ class Picture:
         return _restored, (self.rgb.copy(), layers, self.exposure, self.tone_map)
 
     @classmethod
-    def _of(cls, core: _core.Picture, exposure: float, tone_map: str) -> Picture:
+    def _of(cls, core: library.Picture, exposure: float, tone_map: str) -> Picture:
         made = cls.__new__(cls)
         made._core, made.exposure, made.tone_map = core, exposure, tone_map
         return made
@@ -126,7 +126,7 @@ class Renderer:
     """
 
     __slots__ = ("_core", "__weakref__")
-    _core: _core.Renderer
+    _core: library.Renderer
 
     def __init__(self, scene: Scene, threads: int = 0, isa: str = "auto") -> None:
         """threads   0: as many as the machine has
@@ -136,7 +136,7 @@ class Renderer:
         """
         if not isinstance(scene, Scene):
             raise TypeError(f"a renderer is made of a firn.Scene, not of {type(scene).__name__}")
-        self._core = _core.Renderer(scene._core, threads, isa)
+        self._core = library.Renderer(scene._core, threads, isa)
 
     def render(self, snapshot: Snapshot, stop: Optional[Stop] = None) -> Picture:
         """The snow at its time, which decides too where what moves is; `snapshot.frame` decides the noise.

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy.typing as npt
 
-from . import _core
+from . import _core as library
 from ._errors import place
 from ._points import MaybeArray, columns
 from ._values import Value, merged, overrides_text, path_text, plain
@@ -28,11 +28,11 @@ class Scene:
     """
 
     __slots__ = ("_core", "__weakref__")
-    _core: _core.Scene
+    _core: library.Scene
 
     def __init__(self, name: str = "scene") -> None:
         """A scene of this name without snow or anything else, which add() and set() bring."""
-        self._core = _core.Scene(name)
+        self._core = library.Scene(name)
 
     @classmethod
     def read(cls, path: str | os.PathLike[str], quick: bool = False, overrides: Mapping[str, Value] | None = None) -> Scene:
@@ -45,7 +45,7 @@ class Scene:
         contradiction; FileError when a file cannot be read.
         """
         where = place()
-        return cls._of(_core.Scene.read(path_text(path), quick, overrides_text(overrides, where), where))
+        return cls._of(library.Scene.read(path_text(path), quick, overrides_text(overrides, where), where))
 
     @classmethod
     def parse(cls, text: str, file: str = "scene", quick: bool = False, overrides: Mapping[str, Value] | None = None) -> Scene:
@@ -54,7 +54,7 @@ class Scene:
         Errors and the other arguments: as read().
         """
         where = place()
-        return cls._of(_core.Scene.parse(text, file, quick, overrides_text(overrides, where), where))
+        return cls._of(library.Scene.parse(text, file, quick, overrides_text(overrides, where), where))
 
     def set(self, path: str, value: Value) -> Scene:
         """Gives a key a value, and returns the scene.
@@ -140,7 +140,7 @@ class Scene:
         raise TypeError("a firn.Scene is not pickled; its text is: Scene.parse(scene.toml())")
 
     @classmethod
-    def _of(cls, core: _core.Scene) -> Scene:
+    def _of(cls, core: library.Scene) -> Scene:
         made = cls.__new__(cls)
         made._core = core
         return made

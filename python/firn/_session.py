@@ -2,12 +2,13 @@
 """Sessions: a scene run as the program `firn` runs it."""
 from __future__ import annotations
 
+import operator
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from . import _core
+from . import _core as library
 from ._driver import Driver, asking
 from ._errors import place, usage_error
 from ._observer import Forward, Observer
@@ -69,7 +70,7 @@ class Session:
     """
 
     __slots__ = ("_core", "_drivers", "_observers", "__weakref__")
-    _core: _core.Session
+    _core: library.Session
     _drivers: dict[str, Driver]
     _observers: list[Observer]
 
@@ -105,7 +106,7 @@ class Session:
             raise TypeError(f"a run is made of a firn.Scene, not of {type(scene).__name__}")
         options = _options(out, frames, threads, isa, overlap, force, overwrite)
         options.update(pictures=pictures, particles=particles, movie=movie)
-        return cls._begin(observer, progress, lambda told: _core.Session.start(scene._core, options, told))
+        return cls._begin(observer, progress, lambda told: library.Session.start(scene._core, options, told))
 
     @classmethod
     def resume(
@@ -125,7 +126,7 @@ class Session:
         Errors: UsageError, FileError.
         """
         options = _options(None, frames, threads, isa, overlap, force, False)
-        return cls._begin(observer, progress, lambda told: _core.Session.resume(path_text(run), options, told))
+        return cls._begin(observer, progress, lambda told: library.Session.resume(path_text(run), options, told))
 
     @classmethod
     def render(
@@ -152,7 +153,7 @@ class Session:
         options = _options(out, frames, threads, isa, overlap, force, overwrite)
         options.update(movie=movie)
         changes = overrides_text(overrides, place())
-        return cls._begin(observer, progress, lambda told: _core.Session.render(path_text(run), options, quick, changes, told))
+        return cls._begin(observer, progress, lambda told: library.Session.render(path_text(run), options, quick, changes, told))
 
     def drive(self, collider: str, driver: Driver) -> None:
         """The named collider moves as `driver` says, from the start of the simulation: as Simulation.drive(), before run().
@@ -177,7 +178,7 @@ class Session:
         Errors: FileError, UnstableError, or whatever the observer or a driver raises, after the manifest has recorded it;
         UsageError for a second time, and, before anything is done, for a collider that was driven and is not.
         """
-        told = self._core.run(None if stop is None else lambda: bool(stop.is_set()))
+        told = self._core.run(_watch(stop))
         return SessionResult(
             interrupted=told["interrupted"],
             nothing_to_do=told["nothing_to_do"],
@@ -197,7 +198,7 @@ class Session:
         return self._core.shares()
 
     def tell(self, line: str) -> None:
-        """A line to the observer and, once run() has begun, to the log of the run."""
+        """A line to the observer. Errors: UsageError once run() has ended, which lets go of the folder."""
         self._core.tell(line)
 
     def __repr__(self) -> str:
@@ -207,7 +208,7 @@ class Session:
         raise TypeError("a firn.Session is neither copied nor pickled; Session.resume() goes on with its run")
 
     @classmethod
-    def _begin(cls, observer: Observer | None, progress: bool | str | None, begin: Callable[[Forward], _core.Session]) -> Session:
+    def _begin(cls, observer: Observer | None, progress: bool | str | None, begin: Callable[[Forward], library.Session]) -> Session:
         if observer is not None and not isinstance(observer, Observer):
             raise TypeError(f"an observer is a firn.Observer, not of the type {type(observer).__name__}")
         made = cls.__new__(cls)
@@ -240,11 +241,21 @@ def _options(
     }
 
 
+def _watch(stop: Stop | None) -> Callable[[], bool] | None:
+    if stop is None:
+        return None
+    asked = stop.is_set
+    return lambda: bool(asked())
+
+
 def _frames(frames: int | Sequence[int] | None) -> tuple[int, int] | None:
     if frames is None:
         return None
     try:
-        first, last = (frames, frames) if hasattr(frames, "__index__") else frames  # type: ignore[misc]
-        return int(first), int(last)
+        if isinstance(frames, Sequence) and not isinstance(frames, str):
+            first, last = frames
+        else:
+            first = last = frames
+        return operator.index(first), operator.index(last)
     except (TypeError, ValueError):
         raise usage_error("frames", f"a number, or a pair of the first and the last, not {frames!r}") from None

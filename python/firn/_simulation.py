@@ -10,7 +10,7 @@ from typing import BinaryIO, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from . import _core
+from . import _core as library
 from ._core import Snapshot
 from ._driver import Driver, asking
 from ._errors import error_of, place, usage_error
@@ -39,7 +39,7 @@ class Simulation:
     """
 
     __slots__ = ("_core", "_drivers", "__weakref__")
-    _core: _core.Simulation
+    _core: library.Simulation
     _drivers: dict[str, Driver]
 
     def __init__(self, scene: Scene, threads: int = 0, isa: str = "auto", force: bool = False) -> None:
@@ -54,7 +54,7 @@ class Simulation:
         if not isinstance(scene, Scene):
             raise TypeError(f"a simulation is made of a firn.Scene, not of {type(scene).__name__}")
         self._drivers = {}
-        self._core = _core.Simulation(scene._core, threads, isa, force)
+        self._core = library.Simulation(scene._core, threads, isa, force)
 
     def advance_to(
         self,
@@ -94,7 +94,7 @@ class Simulation:
 
     @property
     def time(self) -> float:
-        """s."""
+        """Where the simulation is, s."""
         return self._core.time()
 
     @property
@@ -191,7 +191,7 @@ class Simulation:
         state = _read(path_text(file)) if isinstance(file, (str, os.PathLike)) else file.read()
         if not isinstance(state, bytes):
             raise TypeError("load() wants a file that is open in binary mode")
-        made._core = _core.Simulation(state, threads, isa, force)
+        made._core = library.Simulation(state, threads, isa, force)
         return made
 
     def __repr__(self) -> str:

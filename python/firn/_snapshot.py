@@ -24,7 +24,7 @@ def restored(size: int, state: list[str], plain: dict[str, Any], origin: list[fl
     snapshot = Snapshot(size, **{name: True for name in state})
     for name, value in plain.items():
         setattr(snapshot, name, value)
-    snapshot.origin = origin
+    setattr(snapshot, "origin", origin)  # an array when it is read, three numbers of any kind when it is written
     for name, column in columns.items():
         getattr(snapshot, name)[...] = column
     return snapshot

@@ -65,34 +65,54 @@ class CoreSession {
   CoreSession(const Begin& begin, const py::object& target)
       : observer_(std::make_unique<ForwardingObserver>(target)) {
     run_watched([&](const std::stop_token&) { session_.emplace(begin(*observer_)); }, py::none());
+    folder_ = session_->folder();
+    shares_ = session_->shares();
   }
-  ~CoreSession() {
-    const py::gil_scoped_release unlocked;
-    session_.reset();
-  }
+  ~CoreSession() { end(); }
 
   py::dict run(const py::object& watch) {
     const OneUser::Use use(user_, "the session");
+    require_session();
+    const Ending ending{*this};
     SessionResult result;
     run_watched([&](const std::stop_token& stop) { result = session_->run(stop); }, watch);
     return fields_of(result);
   }
   void drive(const std::string& collider, const py::function& driver) {
     const OneUser::Use use(user_, "the session");
+    require_session();
     const ColliderDriver call = driver_of(driver, user_);
     const py::gil_scoped_release unlocked;
     session_->drive(collider, call);
   }
-  std::string folder() const { return session_->folder(); }
-  bool shares() const { return session_->shares(); }
+  const std::string& folder() const { return folder_; }
+  bool shares() const { return shares_; }
   void tell(const std::string& line) {
     const OneUser::Use use(user_, "the session");
+    require_session();
     const py::gil_scoped_release unlocked;
     session_->tell(line);
   }
 
  private:
+  // Lets go of the run folder as soon as the work is done, whoever still holds the Python object.
+  struct Ending {
+    CoreSession& session;
+    ~Ending() { session.end(); }
+  };
+  void end() {
+    const py::gil_scoped_release unlocked;
+    session_.reset();
+  }
+  void require_session() const {
+    if (!session_)
+      throw Error(ErrorCode::usage, folder_,
+                  "this session has run already; Session.resume() begins the next one");
+  }
+
   OneUser user_;
+  std::string folder_;
+  bool shares_ = false;
   std::unique_ptr<ForwardingObserver> observer_;
   std::optional<Session> session_;
 };

@@ -18,6 +18,8 @@
 namespace firn::python {
 namespace {
 
+constexpr py::ssize_t kMost = 0xffffffff;  // ids have 32 bits
+
 using Shape = std::vector<py::ssize_t>;
 
 template <class T>
@@ -46,7 +48,8 @@ py::object column_if_asked(const py::object& self) {
 }
 
 std::unique_ptr<Snapshot> make(py::ssize_t particles, bool F, bool Jp, bool J, bool stress) {
-  if (particles < 0) throw py::value_error("a snapshot has 0 particles or more");
+  if (particles < 0 || particles > kMost)
+    throw py::value_error("a snapshot has 0 to " + std::to_string(kMost) + " particles");
   return std::make_unique<Snapshot>(static_cast<std::size_t>(particles), StateColumns{F, Jp, J, stress});
 }
 
