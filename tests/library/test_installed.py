@@ -19,7 +19,7 @@ BUILD = Path(sys.argv[1]).resolve()
 COMPILER = sys.argv[2:]
 STRICT = ["-std=c++20", "-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Werror"]
 # What the shared library may show of itself, after its parameters are taken away.
-PUBLIC = re.compile(r"^(vtable for |typeinfo for |typeinfo name for )?firn::(Error|Observer|Scene|Session|Simulation|Snapshot|Value|version|revision)\b")
+PUBLIC = re.compile(r"^(vtable for |typeinfo for |typeinfo name for )?firn::(Error|Observer|Scene|Session|Simulation|Snapshot|Value|check_scene|version|revision)\b")
 
 
 def sanitized():
