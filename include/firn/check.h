@@ -25,8 +25,8 @@ struct CheckOptions {
 
 // A [[snow]] of the scene as it was placed.
 struct CheckedSnow {
-  std::string name;
-  std::size_t particles = 0;
+  std::string name;           // as in the scene, or "snow0" by its index
+  std::size_t particles = 0;  // how many
   double mass = 0;            // kg
   double volume = 0;          // m^3
   double particle_mass = 0;   // kg, of each particle
@@ -52,10 +52,10 @@ enum class WarningKind {
 
 // A warning about one [[snow]].
 struct SceneWarning {
-  WarningKind kind = WarningKind::unseen;
-  std::size_t snow = 0;  // its index in the scene
-  std::string place;     // where the scene says it: "scene.toml:12:1", or the line of the program
-  std::string text;      // a line for people
+  WarningKind kind = WarningKind::unseen;  // what the snow may do
+  std::size_t snow = 0;                    // its index in the scene
+  std::string place;  // where the scene says it: "scene.toml:12:1", or the line of the program
+  std::string text;   // a line for people
 };
 
 // Both included.
@@ -75,17 +75,17 @@ struct MemoryEstimate {
 
 // All that was found.
 struct CheckReport {
-  std::string scene;              // its name
-  std::string file;               // where it was read from; "scene": it was made in code
-  std::vector<CheckedSnow> snow;  // as in the scene
-  std::size_t particles = 0;      // of all snow
-  double mass = 0;                // kg, of all snow
-  double dx = 0;                  // m, grid spacing
-  std::size_t grid_blocks = 0;    // of 4x4x4 nodes, at the start
-  TimeStep step;                  // the first; its cause is what limits it where the scene fixes no dt
-  bool fixed_dt = false;          // by the scene
-  double shortest_dt = 0;         // s, where snow is packed most
-  int frames = 0;
+  std::string scene;                   // its name
+  std::string file;                    // where it was read from; "scene": it was made in code
+  std::vector<CheckedSnow> snow;       // as in the scene
+  std::size_t particles = 0;           // of all snow
+  double mass = 0;                     // kg, of all snow
+  double dx = 0;                       // m, grid spacing
+  std::size_t grid_blocks = 0;         // of 4x4x4 nodes, at the start
+  TimeStep step;                       // the first; its cause is what limits it where the scene fixes no dt
+  bool fixed_dt = false;               // by the scene
+  double shortest_dt = 0;              // s, where snow is packed most
+  int frames = 0;                      // of the run
   double frame_seconds = 0;            // s of the simulation, from one frame to the next
   StepRange steps_per_frame;           // of the simulation
   StepRange steps;                     // of all frames
@@ -97,7 +97,7 @@ struct CheckReport {
   // What the first steps blew up with, an unstable Error. Nothing is known then of what follows, and of snow
   // that is unseen.
   std::optional<Error> blow_up = {};
-  MemoryEstimate memory;
+  MemoryEstimate memory;               // of a run in a process like this
   std::vector<CheckedObject> objects;  // as the scene has them
   double background_fraction = 0;      // of frame 0's pixels: sky and lamps
 };

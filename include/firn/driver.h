@@ -10,7 +10,7 @@ namespace firn {
 
 // A collider between two steps. World axes.
 struct DrivenCollider {
-  std::string name;
+  std::string name;               // as in the scene
   double time = 0;                // s, now
   Vector3 position{};             // m, of the pivot: the place where its shape is put
   Matrix3 rotation = kIdentity3;  // from how the shape was put

@@ -11,6 +11,7 @@
 
 namespace firn {
 
+// Of which kind an error is, as a program decides by.
 enum class ErrorCode {
   failed,       // firn's own fault
   usage,        // what was asked for: a command line, a scene, an argument
@@ -19,6 +20,7 @@ enum class ErrorCode {
   interrupted,  // it was stopped on request
 };
 
+// What firn throws. Its what() is a line for people that begins with where().
 class FIRN_API Error : public std::runtime_error {
  public:
   // `where` is "file:line:column", a path, or empty; `what` is one line: what is wrong, what was expected, a
@@ -27,7 +29,9 @@ class FIRN_API Error : public std::runtime_error {
       : std::runtime_error(where.empty() ? what : where + ": " + what),
         code_(code),
         where_(std::move(where)) {}
+  // Its kind.
   ErrorCode code() const { return code_; }
+  // As it was given.
   const std::string& where() const { return where_; }
 
  private:

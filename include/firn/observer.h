@@ -9,13 +9,19 @@
 
 namespace firn {
 
-enum class Stage { simulate, trace, write };
+// What is done to a frame, in this order.
+enum class Stage {
+  simulate,  // its snow is stepped to its time
+  trace,     // its picture is rendered
+  write,     // its files are written
+};
 
 // What a thread did, when.
 struct StageInterval {
   const char* stage;  // "simulate", "trace", "write"
-  int frame;
-  double begin, end;  // s since the start of the session
+  int frame;          // which frame it was for
+  double begin;       // s since the start of the session
+  double end;         // s, likewise
   int thread;         // of the session's
 };
 
@@ -33,6 +39,7 @@ class FIRN_API Observer {
   // So many frames are to be made, each of `seconds` as a first guess. Ends with frames_end().
   virtual void frames_begin(int /*count*/, double /*seconds*/) {}
   virtual void frames_end() {}
+  // A stage begins with a frame, and ends with it.
   virtual void stage_begins(Stage, int /*frame*/) {}
   virtual void stage_ends(Stage, int /*frame*/) {}
 };

@@ -22,18 +22,22 @@ struct PointCloud;
 struct SceneConfig;
 struct Key;
 
+// Keys with their values, as between two headings of a scene file. A key is given once.
 using Table = std::vector<Key>;
 
 // What a key may have as its value: true or false, a number, a text, or an array of these or of tables. A
 // vector is an array of three numbers.
 class FIRN_API Value {
  public:
+  // Values in their order.
   using Array = std::vector<Value>;
 
+  // As it is written.
   Value(bool value);
   // Errors: usage Error beyond 64 bits with a sign.
   template <std::integral Integer>
   Value(Integer value);
+  // As it is written. Numbers, texts and tables in braces are an array.
   Value(double value);
   Value(const char* text);
   Value(std::string text);
@@ -43,7 +47,9 @@ class FIRN_API Value {
   Value(std::initializer_list<std::string> texts);
   Value(std::initializer_list<Table> tables);
 
+  // What it may be.
   using Variant = std::variant<bool, std::int64_t, double, std::string, Array, Table>;
+  // What it is.
   const Variant& variant() const { return value_; }
 
  private:
@@ -61,9 +67,10 @@ class FIRN_API Value {
   Variant value_;
 };
 
+// A line of a scene file.
 struct Key {
-  std::string name;
-  Value value;
+  std::string name;  // as docs/scene_format.md has it
+  Value value;       // checked when the scene is
 };
 
 template <std::integral Integer>
@@ -72,15 +79,16 @@ Value::Value(Integer value) : Value(Whole{checked(value)}) {}
 // Where something was said, in any words, for error messages. Where none is given it is the line of the
 // program.
 struct Place {
-  std::string words;
+  std::string words;  // before the colon of a message
 };
 
 // One value as the command line's `--set path=value` has it: the value is TOML; a bare word is a text.
 struct SceneOverride {
-  std::string path;  // as in Scene::set
-  std::string value;
+  std::string path;   // as in Scene::set
+  std::string value;  // TOML, or a bare word
 };
 
+// What is changed of a scene file while it is read.
 struct ReadOptions {
   bool quick = false;                         // the small size: the values of the scene's [quick] table
   std::vector<SceneOverride> overrides = {};  // after [quick]
@@ -126,7 +134,7 @@ class FIRN_API Scene {
   void check() const;
   // With every default written out, as TOML that parse() reads back to the same scene. Errors: as check().
   std::string toml() const;
-  // Errors: as check().
+  // As many as 'time.frames' says. Errors: as check().
   int frames() const;
   double frame_time(int frame) const;  // s, of the simulation
 

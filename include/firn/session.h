@@ -32,12 +32,13 @@ struct SessionOptions {
   std::string command = "api";  // how the session was asked for, for the manifest
 };
 
+// How run() ended, when it did not throw.
 struct SessionResult {
-  bool interrupted = false;
-  bool nothing_to_do = false;  // the run was complete already
-  int kept = 0;                // finished frames of the run, where it was interrupted
-  std::vector<int> left;       // and those that are still to be made, ascending
-  std::vector<StageInterval> intervals;
+  bool interrupted = false;              // by a requested stop
+  bool nothing_to_do = false;            // the run was complete already
+  int kept = 0;                          // finished frames of the run, where it was interrupted
+  std::vector<int> left;                 // and those that are still to be made, ascending
+  std::vector<StageInterval> intervals;  // what each thread did, stage by stage
 };
 
 // What begins a session checks all that was asked for and takes the folder, so that a mistake leaves nothing

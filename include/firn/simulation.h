@@ -20,6 +20,7 @@
 
 namespace firn {
 
+// How a simulation is run.
 struct SimulationOptions {
   int threads = 0;           // 0: as many as the machine has
   std::string isa = "auto";  // base, x86-64-v3, x86-64-v4, or the best that the CPU has
@@ -50,6 +51,7 @@ class FIRN_API Simulation {
   // As time(), for other threads too, such as those that draw how far advance_to() has come.
   double reached() const;
   std::size_t size() const;  // particles
+  // Sums over the snow as it is now.
   Metrics metrics() const;
   // A copy of the state now. Its `frame` is 0.
   Snapshot snapshot(const StateColumns& columns = {}) const;

@@ -6,9 +6,11 @@
 
 namespace firn {
 
+// x, y, z.
 using Vector3 = std::array<double, 3>;
 using Matrix3 = std::array<double, 9>;  // row by row
 
+// No rotation.
 inline constexpr Matrix3 kIdentity3 = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
 }  // namespace firn

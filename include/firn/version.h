@@ -6,6 +6,7 @@
 
 #include "firn/export.h"
 
+// Of the headers that a program is compiled with.
 #define FIRN_VERSION_MAJOR 0
 #define FIRN_VERSION_MINOR 2
 #define FIRN_VERSION_PATCH 0

@@ -19,7 +19,7 @@ BUILD = Path(sys.argv[1]).resolve()
 COMPILER = sys.argv[2:]
 STRICT = ["-std=c++20", "-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Werror"]
 # What the shared library may show of itself, after its parameters are taken away.
-PUBLIC = re.compile(r"^(vtable for |typeinfo for |typeinfo name for )?firn::(Error|Observer|Renderer|Scene|Session|Simulation|Snapshot|Value|read_points|revision|tone_mapped|version|write_picture|write_points)\b")
+PUBLIC = re.compile(r"^(vtable for |typeinfo for |typeinfo name for )?firn::(Error|Observer|Renderer|Scene|Session|Simulation|Snapshot|Value|check_scene|read_points|revision|tone_mapped|version|write_picture|write_points)\b")
 
 
 def sanitized():
