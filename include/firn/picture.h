@@ -14,8 +14,10 @@ namespace firn {
 // depth (m) of what is seen first; sparkle and subsurface, the light of glints and of the inside of the snow,
 // which the beauty holds too; samples: paths a pixel; variance: of the pixel's luminance.
 enum class Layer { beauty, albedo, normal, depth, sparkle, subsurface, samples, variance };
+// By their numbers.
 inline constexpr const char* kLayerNames[] = {"beauty",  "albedo",     "normal",  "depth",
                                               "sparkle", "subsurface", "samples", "variance"};
+// As output.layers has it.
 constexpr const char* layer_name(Layer layer) { return kLayerNames[static_cast<int>(layer)]; }
 
 // Values a pixel: 3 for colours and normals, else 1.
@@ -23,9 +25,10 @@ constexpr int channels_of(Layer layer) {
   return layer == Layer::depth || layer == Layer::samples || layer == Layer::variance ? 1 : 3;
 }
 
+// One layer of a picture.
 struct LayerImage {
-  Layer layer = Layer::beauty;
-  std::vector<float> values;  // shape (height, width, channels_of(layer))
+  Layer layer = Layer::beauty;  // which it is
+  std::vector<float> values;    // shape (height, width, channels_of(layer))
 };
 
 // A value: copies are independent. Row 0 is at the top.
@@ -51,9 +54,10 @@ struct Picture {
 // a toe and a shoulder.
 enum class ToneMap { soft, srgb, filmic };
 
+// How a picture is shown.
 struct ToneMapping {
-  double exposure = 0;  // stops: radiance is multiplied by 2^exposure first
-  ToneMap curve = ToneMap::soft;
+  double exposure = 0;            // stops: radiance is multiplied by 2^exposure first
+  ToneMap curve = ToneMap::soft;  // and then mapped so
 };
 
 // The picture as a screen shows it: sRGB, 3 bytes a pixel, shape (height, width, 3).

@@ -14,7 +14,7 @@ namespace firn {
 // is comes from the key 'spacing', else the volume, else the mass, else the radius, else from how densely the
 // points lie.
 struct Points {
-  std::vector<Vector3> position;
+  std::vector<Vector3> position;  // lengths
   std::vector<Vector3> velocity;  // lengths/s
   std::vector<double> volume;     // lengths^3, without strain
   std::vector<double> mass;       // kg

@@ -12,6 +12,7 @@
 
 namespace firn {
 
+// How a renderer works.
 struct RendererOptions {
   int threads = 0;           // 0: as many as the machine has
   std::string isa = "auto";  // base, x86-64-v3, x86-64-v4, or the best that the CPU has

@@ -50,7 +50,7 @@ class Columns {
   Columns() = default;
   Columns(const Columns&) = delete;
   Columns& operator=(const Columns&) = delete;
-  static constexpr std::size_t kWidth = width;
+  static constexpr std::size_t kWidth = width;    // values a particle
   std::size_t size() const { return size_; }      // particles
   std::size_t stride() const { return stride_; }  // entries from one component to the next, >= size()
   bool empty() const { return size_ == 0; }
@@ -67,10 +67,10 @@ class Columns {
 
 // Columns that a snapshot has only when they are asked for.
 struct StateColumns {
-  bool F = false;       // 36 bytes a particle
-  bool Jp = false;      // 4
-  bool J = false;       // 4
-  bool stress = false;  // 36
+  bool F = false;       // elastic deformation gradient, 36 bytes a particle
+  bool Jp = false;      // plastic volume ratio, 4 bytes a particle
+  bool J = false;       // volume ratio, 4 bytes a particle
+  bool stress = false;  // Kirchhoff stress, 36 bytes a particle
 };
 
 // A copy of the state, which goes on without it. All columns lie in one allocation. A value: copies are
@@ -85,7 +85,7 @@ class FIRN_API Snapshot {
   Snapshot& operator=(Snapshot other) noexcept;
   ~Snapshot();
 
-  int frame = 0;
+  int frame = 0;     // of a run: which frame it is of; 0 from a simulation
   double time = 0;   // s of simulated time
   Vector3 origin{};  // m, world; positions are relative to it so that float stays exact far from 0
   double dx = 0;     // m, the simulation's grid spacing

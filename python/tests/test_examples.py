@@ -47,8 +47,8 @@ def test_snow_comes_and_goes(tmp_path: Path) -> None:
 
 
 def test_points_of_others(tmp_path: Path) -> None:
-    said = run(tmp_path, "points.py", "run")
-    assert "picture: (120, 160, 3) float32" in said and (tmp_path / "run/frames/0000.png").exists()
+    said = run(tmp_path, "points.py", "heart.png")
+    assert "points, (240, 240, 3) float32, brightest" in said and (tmp_path / "heart.png").read_bytes()[:4] == b"\x89PNG"
 
 
 def test_a_session_is_stopped_and_gone_on_with(tmp_path: Path) -> None:
