@@ -113,7 +113,8 @@ void report_view(CheckReport& report, const RenderSetup& render, const Sights& s
 }
 
 // What is found by making the first frame and steps.
-void report_rehearsal(CheckReport& report, const SceneConfig& scene, Solver& simulation, FrameTracer& renderer) {
+void report_rehearsal(CheckReport& report, const SceneConfig& scene, Solver& simulation,
+                      FrameTracer& renderer) {
   const Rehearsal rehearsal = rehearse(scene, simulation, renderer);
   report_memory(report, rehearsal, simulation);
   report_view(report, renderer.setup(), rehearsal.sights);
