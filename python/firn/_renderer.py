@@ -46,12 +46,12 @@ class Picture:
 
     @property
     def width(self) -> int:
-        """Pixels."""
+        """Pixels across."""
         return self._core.width()
 
     @property
     def height(self) -> int:
-        """Pixels."""
+        """Pixels from top to bottom."""
         return self._core.height()
 
     @property

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 import firn
@@ -12,10 +13,11 @@ import firn
 SPACING = 0.01
 
 
-def ball(radius: float = 0.05) -> np.ndarray:
+def ball(radius: float = 0.05) -> npt.NDArray[np.float64]:
     axis = np.arange(-radius, radius, SPACING)
-    grid = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), -1).reshape(-1, 3)
-    return grid[np.linalg.norm(grid, axis=1) < radius] + (0, 0.2, 0)
+    grid: npt.NDArray[np.float64] = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), -1).reshape(-1, 3)
+    inside: npt.NDArray[np.float64] = grid[np.linalg.norm(grid, axis=1) < radius] + np.array((0, 0.2, 0))
+    return inside
 
 
 def bare() -> firn.Scene:

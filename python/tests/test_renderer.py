@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 import firn
@@ -18,7 +19,7 @@ from conftest import Script, add_blade, make_scene
 LAYERS = ["albedo", "normal", "depth", "sparkle", "subsurface", "samples", "variance"]
 
 
-def pfm(path: Path) -> np.ndarray:
+def pfm(path: Path) -> npt.NDArray[np.float32]:
     head, size, _, body = path.read_bytes().split(b"\n", 3)
     width, height = map(int, size.split())
     shape = (height, width, 3) if head == b"PF" else (height, width)
