@@ -40,6 +40,7 @@ class Package:
     multi_arch: str = "same"
     needs_of_static: bool = False  # recommends what the static library is linked with
     shared_library: bool = False
+    python_module: bool = False  # for the one version of Python that it was built for; left out where none was built
 
 
 # A file goes to the first package that names it; each has to go somewhere.
@@ -62,6 +63,11 @@ def packages(libdir, soversion):
                 "programs that are linked with the static library.",
                 ["include/firn/**", f"{libdir}/libfirn.a", f"{libdir}/libfirn.so", f"{libdir}/pkgconfig/**", f"{libdir}/cmake/firn/**"],
                 depends=[f"{library} (= {{version}})"], needs_of_static=True),
+        Package("python3-firn", "python", "snow, simulated and path traced on CPUs (Python 3 module)",
+                "firn simulates elastoplastic snow with a material point method and path traces the same particles. This package holds "
+                "the Python module: scenes, simulations with their particles as NumPy arrays, and runs.",
+                ["lib/python3/dist-packages/firn/**"], depends=["python3-numpy"], recommends=["python3-tqdm"], multi_arch="",
+                python_module=True),
     ]
 
 
@@ -90,7 +96,7 @@ def build_for_packages(folder):
     if not (folder / "build.ninja").exists():
         libdir = "lib/" + output("dpkg-architecture", "-qDEB_HOST_MULTIARCH").strip()
         call("meson", "setup", folder, "--prefix=/usr", f"--libdir={libdir}", "-Dzsh_completions=share/zsh/vendor-completions",
-             "-Dtests=false", "-Dbench=false")
+             "-Dtests=false", "-Dbench=false", "-Dpython=enabled")
     call("ninja", "-C", folder)
 
 
@@ -113,7 +119,8 @@ class Installation:
         for package in known:
             wanted = [path for path in left if any(matches(path, pattern) for pattern in package.files)]
             left = [path for path in left if path not in wanted]
-            parts.append((package, wanted))
+            if wanted or not package.python_module:
+                parts.append((package, wanted))
         if left or not all(wanted for _, wanted in parts):
             sys.exit(f"packages/make.py: in no package: {', '.join(map(str, left)) or 'nothing'}; "
                      f"empty: {', '.join(package.name for package, wanted in parts if not wanted) or 'none'}")
@@ -212,6 +219,18 @@ def write_control(package, version, stage, depends, recommends):
         (folder / "shlibs").write_text(f"libfirn {minor} {package.name} (>= {version})\n")
 
 
+def python_depends(paths):
+    """The version of Python that the module is for, by its name: "_core.cpython-311-x86_64-linux-gnu.so"."""
+    major, minor = next(re.match(r"(3)(\d+)", match[1]) for path in paths if (match := re.search(r"\.cpython-(\d+)-", path.name))).groups()
+    return [f"python3 (>= {major}.{minor}~)", f"python3 (<< {major}.{int(minor) + 1})"]
+
+
+def write_scripts_of_python(name, folder):
+    """What is compiled when it is installed goes when it is removed."""
+    for script, command in (("postinst", "py3compile"), ("prerm", "py3clean")):
+        (folder / script).write_text(f"#!/bin/sh\nset -e\n! command -v {command} >/dev/null || {command} -p {name}\n")
+
+
 def stage_files(package, paths, installation, stage):
     (stage / "DEBIAN").mkdir(parents=True)
     for path in paths:
@@ -232,13 +251,16 @@ def set_modes(stage):
     """Those of the person who builds are no part of a package."""
     for path in [stage, *stage.rglob("*")]:
         if not path.is_symlink():
-            path.chmod(0o755 if path.is_dir() or path.parent.name == "bin" else 0o644)
+            path.chmod(0o755 if path.is_dir() or path.parent.name == "bin" or path.name in ("postinst", "prerm") else 0o644)
 
 
 def make(package, paths, installation, stage, before, out, compression):
     stage_files(package, paths, installation, stage)
     depends = shared_depends(stage, before, installation) + [word.format(version=installation.version) for word in package.depends]
     recommends = list(package.recommends)
+    if package.python_module:
+        depends += python_depends(paths)
+        write_scripts_of_python(package.name, stage / "DEBIAN")
     if package.needs_of_static:
         recommends += needs_of_static(stage / installation.prefix / installation.libdir / "pkgconfig")
     write_control(package, installation.version, stage, depends, recommends)

@@ -31,7 +31,7 @@ complete() {
   bash -uc 'source /usr/share/bash-completion/completions/firn; COMP_WORDS=(firn res); COMP_CWORD=1; _firn; [ "${COMPREPLY[*]}" = resume ]'
 }
 page() { zcat "/usr/share/man/$1" | grep -q '^\.SH NAME'; }
-sums() { for package in firn "$library" libfirn-dev; do [ -z "$(dpkg --verify "$package")" ] || return 1; done; }
+sums() { for package in firn "$library" libfirn-dev python3-firn; do [ -z "$(dpkg --verify "$package")" ] || return 1; done; }
 compile() {
   # shellcheck disable=SC2046
   g++ -std=c++20 -Wall -Wextra -Werror /usr/share/doc/firn/examples/session.cpp $(pkg-config --cflags --libs firn) -o "$work/session"
@@ -66,6 +66,8 @@ check "licence" grep -q Permission /usr/share/doc/firn/copyright
 check "the library is installed" install ./"$library"_*.deb
 check "the loader knows it" bash -c "ldconfig -p | grep -qF libfirn.so.${library#libfirn}"
 check "libfirn-dev is installed" install ./libfirn-dev_*.deb
+check "the Python module is installed" install ./python3-firn_*.deb
+check "it runs an example" python3 -W error /usr/share/doc/firn/examples/python/falling_ball.py
 check "no file differs from its sum" sums
 check "compiler, pkg-config and CMake are installed" install g++ pkg-config cmake make
 check "an example is compiled" compile
@@ -73,7 +75,7 @@ check "it runs, is interrupted and goes on" example "$work/session" example
 check "CMake, shared" use_cmake "" firn::firn
 check "what libfirn-dev recommends is installed" bash -c 'apt-get -q -y install --no-install-recommends $(dpkg-query -W -f="\${Recommends}" libfirn-dev | tr -d ,)'
 check "CMake, static" use_cmake "COMPONENTS static" firn::firn-static
-check "all are removed" apt-get -q -y purge firn "$library" libfirn-dev
+check "all are removed" apt-get -q -y purge firn "$library" libfirn-dev python3-firn
 check "nothing is left" leftovers
 rm -rf "$work"
 echo "$passed passed, $failed failed"
