@@ -55,8 +55,11 @@ def bring_in(module, folder):
 
 
 def patch(binary, names, where, *more):
-    replaced = [word for name in needed(binary) if name in names for word in ("--replace-needed", name, names[name])]
-    subprocess.run(["patchelf", "--set-rpath", where, *more, *replaced, binary], check=True)
+    # One name at a time: patchelf 0.14 mixes up the versions of symbols when it is told several.
+    for name in needed(binary):
+        if name in names:
+            subprocess.run(["patchelf", "--replace-needed", name, names[name], binary], check=True)
+    subprocess.run(["patchelf", "--set-rpath", where, *more, binary], check=True)
 
 
 def oldest_glibc(binaries):

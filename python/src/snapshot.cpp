@@ -53,7 +53,7 @@ std::unique_ptr<Snapshot> make(py::ssize_t particles, bool F, bool Jp, bool J, b
 }
 
 py::object world_positions(const Snapshot& snow) {
-  py::array_t<double> all(Shape{static_cast<py::ssize_t>(snow.size()), 3});
+  py::array_t<double> all(Shape{static_cast<py::ssize_t>(snow.size()), 3}, Shape{24, 8});
   double* const out = all.mutable_data();
   for (std::size_t i = 0; i < snow.size(); ++i) {
     const Vector3 x = snow.world_position(i);

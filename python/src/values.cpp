@@ -10,6 +10,9 @@
 namespace firn::python {
 namespace {
 
+// Strides are said, in bytes: before version 2.12 pybind11 reckons them wrongly for NumPy 2.
+using Shape = std::vector<py::ssize_t>;
+
 Value::Array array_of(const py::list& values) {
   Value::Array array;
   array.reserve(values.size());
@@ -40,10 +43,12 @@ Table table_of(const py::dict& keys) {
   return table;
 }
 
-py::object array_of(const Vector3& vector) { return constant(py::array_t<double>(3, vector.data())); }
+py::object array_of(const Vector3& vector) {
+  return constant(py::array_t<double>(Shape{3}, Shape{8}, vector.data()));
+}
 
 py::object array_of(const Matrix3& matrix) {
-  return constant(py::array_t<double>(std::vector<py::ssize_t>{3, 3}, matrix.data()));
+  return constant(py::array_t<double>(Shape{3, 3}, Shape{24, 8}, matrix.data()));
 }
 
 }  // namespace firn::python
