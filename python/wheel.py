@@ -108,6 +108,8 @@ def main():
         root = Path(folder)
         with zipfile.ZipFile(wheel) as packed:
             packed.extractall(root)
+        for rest in root.glob("*.data"):  # version 0.12 of meson-python packs the program and the headers too
+            shutil.rmtree(rest)
         module = next(root.glob("firn/_core*.so"))
         facts = next(root.glob("*.dist-info"))
         subprocess.run(["strip", "--strip-unneeded", module], check=True)
