@@ -55,8 +55,11 @@ def bring_in(module, folder):
 
 
 def patch(binary, names, where, *more):
-    replaced = [word for name in needed(binary) if name in names for word in ("--replace-needed", name, names[name])]
-    subprocess.run(["patchelf", "--set-rpath", where, *more, *replaced, binary], check=True)
+    # One name at a time: patchelf 0.14 mixes up the versions of symbols when it is told several.
+    for name in needed(binary):
+        if name in names:
+            subprocess.run(["patchelf", "--replace-needed", name, names[name], binary], check=True)
+    subprocess.run(["patchelf", "--set-rpath", where, *more, binary], check=True)
 
 
 def oldest_glibc(binaries):
@@ -105,6 +108,8 @@ def main():
         root = Path(folder)
         with zipfile.ZipFile(wheel) as packed:
             packed.extractall(root)
+        for rest in root.glob("*.data"):  # version 0.12 of meson-python packs the program and the headers too
+            shutil.rmtree(rest)
         module = next(root.glob("firn/_core*.so"))
         facts = next(root.glob("*.dist-info"))
         subprocess.run(["strip", "--strip-unneeded", module], check=True)

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "python/src/points.h"
 
-#include <pybind11/numpy.h>
-
 #include <cstring>
 #include <string>
 #include <vector>
 
+#include "python/src/arrays.h"
+
 namespace firn::python {
 namespace {
-
-namespace py = pybind11;
 
 // Rows of doubles that lie as the array has them.
 template <class Row>
@@ -22,9 +20,9 @@ void take(const py::dict& columns, const char* name, std::vector<Row>& out) {
 }
 
 template <class Row>
-void put(py::dict& columns, const char* name, const std::vector<Row>& rows, std::vector<py::ssize_t> shape) {
+void put(py::dict& columns, const char* name, const std::vector<Row>& rows, const Shape& shape) {
   if (rows.empty()) return;
-  py::array_t<double> array(shape);
+  py::array_t<double> array = new_array<double>(shape);
   std::memcpy(array.mutable_data(), rows.data(), rows.size() * sizeof(Row));
   columns[name] = array;
 }

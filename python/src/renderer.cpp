@@ -2,7 +2,6 @@
 // firn::Renderer and firn::Picture for firn/_renderer.py.
 #include "python/src/renderer.h"
 
-#include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
 #include <algorithm>
@@ -14,6 +13,7 @@
 #include <vector>
 
 #include "firn/renderer.h"
+#include "python/src/arrays.h"
 #include "python/src/use.h"
 #include "python/src/work.h"
 
@@ -32,9 +32,9 @@ ToneMapping tone_of(double exposure, const std::string& curve) {
 // A view of the picture's memory, which keeps the picture alive.
 template <class T>
 py::array_t<T> view(const Picture& picture, std::vector<T>& values, int channels, const py::object& owner) {
-  std::vector<py::ssize_t> shape = {picture.height, picture.width};
+  Shape shape = {picture.height, picture.width};
   if (channels > 1) shape.push_back(channels);
-  return py::array_t<T>(shape, values.data(), owner);
+  return array_at(shape, values.data(), owner);
 }
 
 py::object rgb(const py::object& self) {
@@ -61,7 +61,7 @@ py::object mapped(const Picture& picture, double exposure, const std::string& cu
   std::uint8_t* const data = bytes->data();
   const py::capsule owner(bytes.release(),
                           [](void* memory) { delete static_cast<std::vector<std::uint8_t>*>(memory); });
-  return py::array_t<std::uint8_t>(std::vector<py::ssize_t>{picture.height, picture.width, 3}, data, owner);
+  return array_at<std::uint8_t>({picture.height, picture.width, 3}, data, owner);
 }
 
 std::vector<std::string> write(const Picture& picture, const std::string& file, double exposure,

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "firn/snapshot.h"
+#include "python/src/arrays.h"
 #include "python/src/driver.h"
 #include "python/src/values.h"
 
@@ -19,8 +20,6 @@ namespace firn::python {
 namespace {
 
 constexpr py::ssize_t kMost = 0xffffffff;  // ids have 32 bits
-
-using Shape = std::vector<py::ssize_t>;
 
 template <class T>
 py::object view(Column<T>& column, const py::object& owner) {
@@ -54,7 +53,7 @@ std::unique_ptr<Snapshot> make(py::ssize_t particles, bool F, bool Jp, bool J, b
 }
 
 py::object world_positions(const Snapshot& snow) {
-  py::array_t<double> all(Shape{static_cast<py::ssize_t>(snow.size()), 3});
+  py::array_t<double> all = new_array<double>({static_cast<py::ssize_t>(snow.size()), 3});
   double* const out = all.mutable_data();
   for (std::size_t i = 0; i < snow.size(); ++i) {
     const Vector3 x = snow.world_position(i);

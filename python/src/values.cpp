@@ -40,10 +40,8 @@ Table table_of(const py::dict& keys) {
   return table;
 }
 
-py::object array_of(const Vector3& vector) { return constant(py::array_t<double>(3, vector.data())); }
+py::object array_of(const Vector3& vector) { return constant(array_at({3}, vector.data())); }
 
-py::object array_of(const Matrix3& matrix) {
-  return constant(py::array_t<double>(std::vector<py::ssize_t>{3, 3}, matrix.data()));
-}
+py::object array_of(const Matrix3& matrix) { return constant(array_at({3, 3}, matrix.data())); }
 
 }  // namespace firn::python

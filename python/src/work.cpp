@@ -5,8 +5,10 @@
 #include <condition_variable>
 #include <exception>
 #include <mutex>
+#include <stop_token>
 #include <thread>
 #include <utility>
+#include <vector>
 
 namespace firn::python {
 namespace {
@@ -77,9 +79,37 @@ void wait_for_abandoned() {
   abandoned_changed.wait(lock, [] { return at_work == 0; });
 }
 
+// Works of run_watched() that are under way, each with its stop. Only touched with the lock of the
+// interpreter.
+std::vector<std::stop_source>& under_way() {
+  static auto& all = *new std::vector<std::stop_source>;
+  return all;
+}
+
+class UnderWay {
+ public:
+  explicit UnderWay(const std::stop_source& stop) : stop_(stop) { under_way().push_back(stop); }
+  ~UnderWay() { std::erase(under_way(), stop_); }
+  UnderWay(const UnderWay&) = delete;
+  UnderWay& operator=(const UnderWay&) = delete;
+
+ private:
+  std::stop_source stop_;
+};
+
+// Daemon threads that are inside of firn when the interpreter ends get out of it first.
+void stop_all() {
+  for (std::stop_source& stop : under_way()) stop.request_stop();
+  while (!under_way().empty()) {
+    const py::gil_scoped_release unlocked;
+    std::this_thread::sleep_for(kLook);
+  }
+}
+
 // A process that ends by an interrupt that nobody caught is killed by its signal: nothing is taken down under
 // a thread that still works.
 void at_exit() {
+  stop_all();
   const py::object last = py::getattr(py::module_::import("sys"), "last_type", py::none());
   if (last.is(py::handle(PyExc_KeyboardInterrupt))) return;
   wait_for_abandoned();
@@ -89,6 +119,7 @@ void at_exit() {
 
 void run_watched(const std::function<void(const std::stop_token&)>& work, const py::object& watch) {
   std::stop_source stop;
+  const UnderWay registered(stop);
   Finish finish;
   std::thread thread([&] { finish.set(outcome_of([&] { work(stop.get_token()); })); });
   std::exception_ptr raised;

@@ -134,7 +134,7 @@ def test_a_run_stops_with_a_checkpoint(tmp_path: Path, samples: int, delay: floa
 @pytest.mark.parametrize("delay", [0.0, 0.1, 0.3])
 def test_a_run_that_was_interrupted_goes_on_to_the_same_bits(tmp_path: Path, delay: float) -> None:
     small = 'scene.set("time.frames", 8).set("image.width", 48).set("image.height", 36)\ninterrupted('
-    process = start(tmp_path, RUN.replace("\ninterrupted(", "\n" + small), 0.02, 64)
+    process = start(tmp_path, RUN.replace("\ninterrupted(", "\n" + small), 0.02, 8)
     time.sleep(delay)
     process.send_signal(signal.SIGINT)
     finish(process)

@@ -80,3 +80,15 @@ def test_simulations_in_threads_of_their_own_have_their_bits() -> None:
     for worker in workers:
         worker.join()
     assert hashes == [alone.hash()] * 6
+
+
+def test_a_daemon_thread_at_work_does_not_hold_up_the_end(script: Any) -> None:
+    done = script("""
+import threading, time, firn
+scene = firn.Scene("d").set("simulation.dx", 0.02).set("ground.friction", 0.4)
+scene.add("snow", shape="ball", radius=0.1, center=(0, 0.3, 0))
+simulation = firn.Simulation(scene)
+threading.Thread(target=lambda: simulation.advance_to(1e4), daemon=True).start()
+time.sleep(0.3)
+""")
+    assert done.stderr == ""
