@@ -3,13 +3,15 @@
 (stages.json) with the commit, the date and the machine; this program prints the records beside the minutes that each part
 of .ci/run may take, as './dev budget' does. It only reports.
 
-usage: stages.py"""
+usage: stages.py
+       stages.py FOLDER STAGE SECONDS FAILED     leaves a record of a stage that is no test of meson"""
 import datetime
 import json
 import os
 import platform
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -81,7 +83,8 @@ def suites_of_tests(folder):
 def stages_of(suites):
     """{stage: record or None} of one row."""
     records, known = read(ROOT / "build"), suites_of_tests(ROOT / "build")
-    return {name: records.get(name) for name, of in known.items() if set(of) & set(suites)}
+    ours = {name: records.get(name) for name, of in known.items() if set(of) & set(suites)}
+    return ours | (read(ROOT / "build-python") if "python" in suites else {})
 
 
 def sanitized_stages():
@@ -109,7 +112,10 @@ def row_text(title, minutes, stages, head):
     return f"{title:22}{f'{took:.1f}' if ran else '-':>6}{minutes:>5}  {mark:6}{', '.join(said) or 'nothing yet'}", took
 
 
-def main():
+def main(words):
+    if words:
+        folder, stage, seconds, failed = words
+        return add(folder, {stage: {"seconds": float(seconds), "failed": int(failed)}})
     head = output_of("git", "rev-parse", "HEAD")
     total, allowed = 0, sum(minutes for _, minutes, _ in ROWS)
     print(f"{'':22}{'took':>6}{'of':>5}  minutes; the last run of each stage")
@@ -132,4 +138,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from . import _core as library
 from ._core import Snapshot
 from ._scene import Scene
-from ._simulation import Stop
+from ._simulation import Stop, watch_of
 from ._values import path_text
 
 Pixels = npt.NDArray[np.float32]
@@ -151,7 +151,7 @@ class Renderer:
         """
         if not isinstance(snapshot, Snapshot):
             raise TypeError(f"a picture is taken of a firn.Snapshot, not of {type(snapshot).__name__}")
-        core = self._core.render(snapshot, None if stop is None else lambda: bool(stop.is_set()))
+        core = self._core.render(snapshot, watch_of(stop))
         return Picture._of(core, *self._core.tone_mapping())
 
     def __repr__(self) -> str:

@@ -14,7 +14,7 @@ from ._errors import place, usage_error
 from ._observer import Forward, Observer
 from ._progress import SessionProgress, wanted
 from ._scene import Scene
-from ._simulation import Stop
+from ._simulation import Stop, watch_of
 from ._values import Value, overrides_text, path_text
 
 
@@ -178,7 +178,7 @@ class Session:
         Errors: FileError, UnstableError, or whatever the observer or a driver raises, after the manifest has recorded it;
         UsageError for a second time, and, before anything is done, for a collider that was driven and is not.
         """
-        told = self._core.run(_watch(stop))
+        told = self._core.run(watch_of(stop))
         return SessionResult(
             interrupted=told["interrupted"],
             nothing_to_do=told["nothing_to_do"],
@@ -239,13 +239,6 @@ def _options(
         "overwrite": overwrite,
         "command": f"Python, {place()}",
     }
-
-
-def _watch(stop: Stop | None) -> Callable[[], bool] | None:
-    if stop is None:
-        return None
-    asked = stop.is_set
-    return lambda: bool(asked())
 
 
 def _frames(frames: int | Sequence[int] | None) -> tuple[int, int] | None:

@@ -28,6 +28,13 @@ class Stop(Protocol):
         """Whether to stop."""
 
 
+def watch_of(stop: Stop | None) -> Callable[[], bool] | None:
+    if stop is None:
+        return None
+    asked = stop.is_set
+    return lambda: bool(asked())
+
+
 class Simulation:
     """The snow of a scene, stepped by a program; `time`, `camera`, `image`, lights and `output` mean nothing to it.
 

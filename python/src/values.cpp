@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "python/src/arrays.h"
+
 namespace firn::python {
 namespace {
 
