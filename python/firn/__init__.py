@@ -10,6 +10,7 @@ docs/python.md has the shapes and units, examples/python whole programs.
 """
 from __future__ import annotations
 
+from ._check import CheckedObject, CheckedSnow, CheckReport, MemoryEstimate, SceneWarning, check_scene
 from ._core import Snapshot, revision as _revision, version as _version
 from ._driver import ColliderVelocity, DrivenCollider
 from ._errors import Error, FileError, UnstableError, UsageError
@@ -25,16 +26,21 @@ __version__: str = _version()
 __revision__: str = _revision()
 
 __all__ = [
+    "CheckReport",
+    "CheckedObject",
+    "CheckedSnow",
     "ColliderVelocity",
     "ContactForce",
     "DrivenCollider",
     "Error",
     "FileError",
+    "MemoryEstimate",
     "Metrics",
     "Observer",
     "Picture",
     "Renderer",
     "Scene",
+    "SceneWarning",
     "Session",
     "SessionResult",
     "Simulation",
@@ -43,6 +49,7 @@ __all__ = [
     "TimeStep",
     "UnstableError",
     "UsageError",
+    "check_scene",
     "read_points",
     "write_points",
 ]

@@ -3,6 +3,7 @@
 #include <pybind11/pybind11.h>
 
 #include "firn/version.h"
+#include "python/src/check.h"
 #include "python/src/errors.h"
 #include "python/src/points.h"
 #include "python/src/renderer.h"
@@ -17,6 +18,7 @@ PYBIND11_MODULE(_core, module) {
   firn::python::bind_errors(module);
   firn::python::bind_work(module);
   firn::python::bind_scene(module);
+  firn::python::bind_check(module);
   firn::python::bind_snapshot(module);
   firn::python::bind_points(module);
   firn::python::bind_renderer(module);
