@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy.typing as npt
 
 from . import _core as library
-from ._errors import place
+from ._errors import Error, place
 from ._points import MaybeArray, columns
 from ._values import Value, merged, overrides_text, path_text, plain
 
@@ -129,6 +129,12 @@ class Scene:
     def frame_time(self, frame: int) -> float:
         """Time of the simulation at a frame, s. Errors: as check()."""
         return self._core.frame_time(frame)
+
+    def __repr__(self) -> str:
+        try:
+            return f"<firn.Scene of {self.frames} frames>"
+        except Error:  # it is still being made
+            return "<firn.Scene that is not complete>"
 
     def __copy__(self) -> Scene:
         return self._of(self._core.copy())

@@ -30,7 +30,7 @@ class StageInterval:
     thread: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SessionResult:
     """How a session ended.
 
@@ -46,6 +46,13 @@ class SessionResult:
     kept: int
     left: tuple[int, ...]
     intervals: tuple[StageInterval, ...]
+
+    def __repr__(self) -> str:
+        if self.nothing_to_do:
+            return "<firn.SessionResult: the run was complete>"
+        if self.interrupted:
+            return f"<firn.SessionResult: interrupted, {self.kept} frames kept, {len(self.left)} left>"
+        return "<firn.SessionResult: complete>"
 
 
 class Session:

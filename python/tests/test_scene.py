@@ -198,3 +198,8 @@ def test_subclasses_and_functions_of_the_program_are_the_place() -> None:
     with pytest.raises(firn.UsageError, match=f"test_scene.py:{line}: "):
         mine.check()
     assert isinstance(copy.copy(Mine("a")), Mine) and make_scene().frames == 3
+
+
+def test_a_scene_says_what_it_is() -> None:
+    assert repr(make_scene(frames=7)) == "<firn.Scene of 7 frames>"
+    assert repr(firn.Scene()) == "<firn.Scene that is not complete>"

@@ -215,3 +215,12 @@ def test_a_bar_is_drawn_when_it_is_wanted(tmp_path: Path, scene: firn.Scene, cap
     assert capsys.readouterr() == ("", "")
     firn.Session.start(scene, out=tmp_path / "bar", progress=True).run()
     assert "100" in capsys.readouterr().err
+
+
+def test_results_are_told_in_a_line() -> None:
+    def told(interrupted: bool, nothing_to_do: bool) -> str:
+        return repr(firn.SessionResult(interrupted, nothing_to_do, 3, (3, 4), ()))
+
+    assert told(False, False) == "<firn.SessionResult: complete>"
+    assert told(False, True) == "<firn.SessionResult: the run was complete>"
+    assert told(True, False) == "<firn.SessionResult: interrupted, 3 frames kept, 2 left>"

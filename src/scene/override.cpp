@@ -100,7 +100,7 @@ void change_repeated(RawTable& root, const std::string& table, std::optional<std
 }
 
 void change_single(RawTable& root, const std::string& table, const Change& change) {
-  if (change.path.size() != 2) refuse(change, "expected " + table + ".KEY");
+  if (change.path.size() != 2) refuse(change, "expected " + table + ".KEY: each key is set by itself");
   RawValue* value = root.find(table);
   if (!value) value = &root.set(table, change.where, RawValue{RawTable{}, change.where});
   if (!value->table()) refuse(change, "'" + table + "' is a table: write [" + table + "]");

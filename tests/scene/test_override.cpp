@@ -79,7 +79,7 @@ TEST_CASE("a mistake in an override is named by the override") {
                 "--set collider.friction: the scene has no [[collider]]");
   CHECK_REFUSES(read(kTwo, {{"imgae.width", "1"}}),
                 "--set imgae.width: unknown table 'imgae', did you mean 'image'?");
-  CHECK_REFUSES(read(kTwo, {{"image", "1"}}), "--set image: expected image.KEY");
+  CHECK_REFUSES(read(kTwo, {{"image", "1"}}), "--set image: expected image.KEY: each key is set by itself");
   CHECK_REFUSES(read(kTwo, {{"snow", "1"}}), "--set snow: expected snow.KEY, snow[0].KEY or snow.NAME.KEY");
   CHECK_REFUSES(read(kTwo, {{"snow.center", "[1, 2"}}), "--set snow.center: '[1, 2' is not a TOML value");
 }
