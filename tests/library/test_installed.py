@@ -95,7 +95,7 @@ class Installed(unittest.TestCase):
 
     def test_documents_are_installed_with_what_they_name(self):
         pages = self.root / "usr/local/share/doc/firn"
-        self.assertEqual({path.suffix for path in pages.rglob("*") if path.is_file()}, {"", ".cff", ".cpp", ".jpg", ".md", ".py", ".svg"})
+        self.assertEqual({path.suffix for path in pages.rglob("*") if path.is_file()}, {"", ".cff", ".cpp", ".ipynb", ".jpg", ".md", ".py", ".svg"})
         for page in pages.rglob("*.md"):
             for link in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
                 self.assertTrue((page.parent / link).exists(), f"{page.relative_to(pages)}: {link}")
