@@ -57,7 +57,7 @@ void add(Scene& scene, const std::string& list, const py::dict& keys, const std:
   scene.add(list, table_of(keys), Place{place});
 }
 
-void add_points(Scene& scene, const py::dict& columns, const py::dict& keys, const std::string& place) {
+void add_points_to(Scene& scene, const py::dict& columns, const py::dict& keys, const std::string& place) {
   scene.add_points(points_of(columns), table_of(keys), Place{place});
 }
 
@@ -70,7 +70,7 @@ void bind_scene(py::module_& module) {
       .def_static("parse", &parse)
       .def("set", &set)
       .def("add", &add)
-      .def("add_points", &add_points)
+      .def("add_points", &add_points_to)
       .def("check", &Scene::check)
       .def("toml", &Scene::toml)
       .def("frames", &Scene::frames)
