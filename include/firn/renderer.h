@@ -23,7 +23,7 @@ struct RendererOptions {
 // the same bits on any number of threads.
 class FIRN_API Renderer {
  public:
-  // The scene may be without snow. Errors: usage Error for a scene or options that no picture can be made of,
+  // Errors: usage Error for a scene or options that no picture can be made of,
   // io Error.
   explicit Renderer(const Scene& scene, const RendererOptions& options = {});
   Renderer(Renderer&&) noexcept;

@@ -98,7 +98,9 @@ struct ReadOptions {
 class FIRN_API Scene {
  public:
   // Without snow or anything else, which add() and set() bring.
-  explicit Scene(const std::string& name = "scene");
+  explicit Scene(const std::string& name = "scene", const char* file = __builtin_FILE(),
+                 int line = __builtin_LINE());
+  Scene(const std::string& name, const Place& place);
   Scene(const Scene&);
   Scene(Scene&&) noexcept;
   Scene& operator=(Scene) noexcept;

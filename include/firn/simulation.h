@@ -78,8 +78,9 @@ class FIRN_API Simulation {
   void drive(const std::string& collider, ColliderDriver driver);
 
   // The whole state with its scene, bit for bit: what load() makes goes on as this would have. Drivers cannot
-  // be saved: drive() gives them again. Files that the scene names are read again by load(). Errors: io Error
-  // if the stream fails or holds something else; those of the constructor.
+  // be saved: drive() gives them again. Files that the scene names are read again by load(), which takes all
+  // that the stream still holds. Errors: io Error if the stream fails or holds something else; usage Error
+  // for kernels of other bits (`base` and the others); those of the constructor.
   void save(std::ostream& out) const;
   static Simulation load(std::istream& in, const SimulationOptions& options = {});
 

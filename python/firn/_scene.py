@@ -32,7 +32,8 @@ class Scene:
 
     def __init__(self, name: str = "scene") -> None:
         """A scene of this name without snow or anything else, which add() and set() bring."""
-        self._core = library.Scene(name)
+        where = place()
+        self._core = library.Scene(plain(name, "name", where), where)
 
     @classmethod
     def read(cls, path: str | os.PathLike[str], quick: bool = False, overrides: Mapping[str, Value] | None = None) -> Scene:

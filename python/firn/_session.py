@@ -15,7 +15,7 @@ from ._observer import Forward, Observer
 from ._progress import SessionProgress, wanted
 from ._scene import Scene
 from ._simulation import Stop, watch_of
-from ._values import Value, overrides_text, path_text
+from ._values import Value, overrides_text, path_text, small
 
 
 @dataclass(frozen=True)
@@ -239,7 +239,7 @@ def _options(
     return {
         "out": None if out is None else path_text(out),
         "frames": _frames(frames),
-        "threads": threads,
+        "threads": small("threads", threads),
         "isa": isa,
         "overlap": overlap,
         "force": force,
@@ -256,6 +256,7 @@ def _frames(frames: int | Sequence[int] | None) -> tuple[int, int] | None:
             first, last = frames
         else:
             first = last = frames
-        return operator.index(first), operator.index(last)
+        pair = operator.index(first), operator.index(last)
     except (TypeError, ValueError):
         raise usage_error("frames", f"a number, or a pair of the first and the last, not {frames!r}") from None
+    return small("frames", pair[0]), small("frames", pair[1])

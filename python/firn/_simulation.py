@@ -185,7 +185,7 @@ class Simulation:
         if isinstance(file, (str, os.PathLike)):
             _write(path_text(file), state)
         else:
-            file.write(state)
+            _write_all(file, state)
 
     @classmethod
     def load(cls, file: str | os.PathLike[str] | BinaryIO, threads: int = 0, isa: str = "auto", force: bool = False) -> Simulation:
@@ -195,9 +195,7 @@ class Simulation:
         """
         made = cls.__new__(cls)
         made._drivers = {}
-        state = _read(path_text(file)) if isinstance(file, (str, os.PathLike)) else file.read()
-        if not isinstance(state, bytes):
-            raise TypeError("load() wants a file that is open in binary mode")
+        state = _read(path_text(file)) if isinstance(file, (str, os.PathLike)) else _read_all(file)
         made._core = library.Simulation(state, threads, isa, force)
         return made
 
@@ -234,7 +232,29 @@ def _ids(ids: npt.ArrayLike) -> npt.NDArray[np.uint32]:
     return np.ascontiguousarray(array, np.uint32)
 
 
+def _write_all(file: BinaryIO, state: bytes) -> None:
+    """All of it: a raw file takes as much as it can at a time."""
+    left = memoryview(state)
+    while left:
+        took = file.write(left)
+        if took is None or took <= 0:
+            raise error_of("io", "save", f"save: the file takes no more than {len(state) - len(left)} of {len(state)} bytes")
+        left = left[took:]
+
+
+def _read_all(file: BinaryIO) -> bytes:
+    parts = []
+    while part := file.read():
+        if not isinstance(part, bytes):
+            raise TypeError("load() wants a file that is open in binary mode")
+        parts.append(part)
+    return b"".join(parts)
+
+
 def _write(path: str, state: bytes) -> None:
+    path = os.path.realpath(path)
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise error_of("io", path, f"{path}: is no regular file, and a file is replaced as a whole")
     part = f"{path}.{os.getpid()}.part"
     try:
         with io.open(part, "wb") as out:

@@ -69,7 +69,19 @@ def path_text(path: str | os.PathLike[str]) -> str:
     text = os.fspath(path)
     if not isinstance(text, str):
         raise TypeError(f"a path is a text, not {_named(text)}")
+    if "\0" in text:
+        raise ValueError(f"a path has no NUL in it: {text!r}")
     return text
+
+
+def small(name: str, value: object) -> int:
+    """A whole number of 32 bits. Errors: TypeError, UsageError."""
+    if isinstance(value, bool) or not hasattr(value, "__index__"):
+        raise TypeError(f"{name} is a whole number, not {value!r}")
+    number = operator.index(value)  # type: ignore[arg-type]
+    if not -(2**31) <= number < 2**31:
+        raise usage_error(name, f"{number} is out of range")
+    return number
 
 
 def overrides_text(overrides: Mapping[str, object] | None, where: str) -> list[tuple[str, str]]:
@@ -95,6 +107,8 @@ def _whole(value: int, key: str, where: str) -> int:
 
 
 def _text(value: str, key: str, where: str) -> str:
+    if "\0" in value:
+        raise usage_error(where, f"'{key}' is {value!r}: a text of a scene has no NUL in it")
     try:
         value.encode()
     except UnicodeEncodeError:

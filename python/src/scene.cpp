@@ -65,7 +65,8 @@ void add_points_to(Scene& scene, const py::dict& columns, const py::dict& keys, 
 
 void bind_scene(py::module_& module) {
   py::class_<Scene>(module, "Scene", "firn::Scene; firn.Scene is its face.")
-      .def(py::init<const std::string&>())
+      .def(py::init(
+          [](const std::string& name, const std::string& place) { return Scene(name, Place{place}); }))
       .def_static("read", &read)
       .def_static("parse", &parse)
       .def("set", &set)

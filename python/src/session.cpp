@@ -71,7 +71,7 @@ class CoreSession {
   ~CoreSession() { end(); }
 
   py::dict run(const py::object& watch) {
-    const OneUser::Use use(user_, "the session");
+    const OneUser::Use use(user_, "the session", true);
     require_session();
     const Ending ending{*this};
     SessionResult result;

@@ -14,7 +14,10 @@ class OneUser {
   // As long as it lives nobody else may begin to use the object. Errors: usage Error if another thread does.
   class Use {
    public:
-    Use(OneUser& user, const std::string& what) : user_(user), nested_(user.busy_) {
+    // alone: not from within its own work, either.
+    Use(OneUser& user, const std::string& what, bool alone = false) : user_(user), nested_(user.busy_) {
+      if (nested_ && alone && user.guest_ == std::this_thread::get_id())
+        throw Error(ErrorCode::usage, "", what + " is at work: this is called from within it");
       if (nested_ && user.guest_ != std::this_thread::get_id())
         throw Error(ErrorCode::usage, "", what + " is at work in another thread; use it when that has ended");
       user_.busy_ = true;

@@ -120,6 +120,7 @@ void at_exit() {
 void run_watched(const std::function<void(const std::stop_token&)>& work, const py::object& watch) {
   std::stop_source stop;
   const UnderWay registered(stop);
+  if (wants_stop(watch)) stop.request_stop();  // before anything is done
   Finish finish;
   std::thread thread([&] { finish.set(outcome_of([&] { work(stop.get_token()); })); });
   std::exception_ptr raised;

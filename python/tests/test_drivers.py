@@ -78,3 +78,36 @@ def test_what_may_be_driven(tmp_path: Path) -> None:
     session.run()
     with pytest.raises(firn.UsageError, match="has run already"):
         session.drive("blade", push)
+
+
+def test_a_session_is_not_run_within_itself(tmp_path: Path) -> None:
+    session = firn.Session.start(scene(), out=tmp_path / "run")
+    said: list[str] = []
+
+    def nested(now: firn.DrivenCollider) -> firn.ColliderVelocity:
+        try:
+            session.run()
+        except firn.UsageError as error:
+            said.append(str(error))
+        return firn.ColliderVelocity()
+
+    session.drive("blade", nested)
+    assert not session.run().interrupted
+    assert said and "from within" in said[0]
+
+
+def test_options_that_no_session_has(tmp_path: Path) -> None:
+    for threads in (1.5, None, "a", True):
+        with pytest.raises(TypeError, match="threads"):
+            firn.Session.start(scene(), out=tmp_path / "run", threads=threads)  # type: ignore[arg-type]
+    for options in ({"threads": 2**40}, {"threads": -1}, {"frames": 2**40}):
+        with pytest.raises(firn.UsageError):
+            firn.Session.start(scene(), out=tmp_path / "run", **options)  # type: ignore[arg-type]
+    with pytest.raises(firn.UsageError, match="folder"):
+        firn.Session.start(scene(), out="")
+    with pytest.raises(ValueError, match="NUL"):
+        firn.Session.start(scene(), out="a\0b")
+    with pytest.raises(firn.UsageError, match="NUL"):
+        scene().set("snow[0].name", "a\0b")
+    with pytest.raises(firn.UsageError, match="test_drivers.py:"):
+        firn.Scene("a b").check()

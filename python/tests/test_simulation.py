@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import gc
 import io
+import os
 import pickle
 import struct
 import subprocess
@@ -333,3 +334,43 @@ def test_bars_are_drawn_where_they_are_wanted(capsys: pytest.CaptureFixture[str]
     simulation.advance_to(0.03, progress=True)
     out, error = capsys.readouterr()
     assert out == "" and "100" in error and "firn" in error
+
+
+class Raw:
+    """A raw file: it takes and gives little at a time."""
+
+    def __init__(self, most: int = 10**9) -> None:
+        self.bytes, self.at, self.most = b"", 0, most
+
+    def write(self, data: bytes) -> int:
+        took = bytes(data[: min(1000, self.most - len(self.bytes))])
+        self.bytes += took
+        return len(took)
+
+    def read(self) -> bytes:
+        self.at += 700
+        return self.bytes[self.at - 700 : self.at]
+
+
+def test_raw_files_are_written_and_read_whole_or_not_at_all(tmp_path: Path) -> None:
+    simulation = firn.Simulation(make_scene())
+    file = Raw()
+    simulation.save(file)  # type: ignore[arg-type]
+    assert firn.Simulation.load(file).hash() == simulation.hash()  # type: ignore[arg-type]
+    with pytest.raises(firn.FileError, match="takes no more"):
+        simulation.save(Raw(5000))  # type: ignore[arg-type]
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(firn.FileError, match="no regular file"):
+        simulation.save(tmp_path / "pipe")
+    (tmp_path / "link").symlink_to(tmp_path / "state")
+    simulation.save(tmp_path / "link")
+    assert (tmp_path / "link").is_symlink() and firn.Simulation.load(tmp_path / "state").hash() == simulation.hash()
+
+
+def test_a_stop_that_is_asked_for_before_counts() -> None:
+    stop = threading.Event()
+    stop.set()
+    simulation = firn.Simulation(make_scene())
+    assert simulation.advance_to(0.001, stop=stop) is False and simulation.time == 0
+    with pytest.raises(AttributeError):
+        simulation.advance_to(0.001, stop=3)  # type: ignore[arg-type]

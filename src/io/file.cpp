@@ -65,6 +65,15 @@ int flush(int descriptor) { return ::fsync(descriptor) == 0 || errno == EINVAL ?
 
 }  // namespace
 
+fs::path replaceable(const fs::path& path) {
+  std::error_code ignored;
+  const fs::file_status status = fs::status(path, ignored);
+  if (fs::exists(status) && !fs::is_regular_file(status))
+    throw Error(ErrorCode::io, path.string(), "this is no regular file, and a file is replaced as a whole");
+  const fs::path target = fs::is_symlink(path, ignored) ? fs::weakly_canonical(path, ignored) : path;
+  return ignored || target.empty() ? path : target;
+}
+
 void write_file(const fs::path& path, std::string_view bytes) { write_pieces(path, {&bytes, 1}); }
 
 void write_pieces(const fs::path& path, std::span<const std::string_view> pieces) {

@@ -13,6 +13,9 @@ namespace firn {
 
 // Errors: io Error that names the path and the system's reason.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
+// Where a file that a person named is to be written: what a link leads to. Errors: io Error for what is there
+// and is no regular file, such as a device, which would be replaced.
+std::filesystem::path replaceable(const std::filesystem::path& path);
 void write_pieces(const std::filesystem::path& path, std::span<const std::string_view> pieces);  // one file
 // Adds a line, which ends in '\n', to a file that is there, and flushes it to the disk.
 // Several processes may do so: each line is whole, and begins anew after one that was cut off. Errors: io

@@ -62,7 +62,7 @@ std::vector<std::string> write_picture(const Picture& picture, const std::string
     // The picture itself has the very name that was given.
     std::filesystem::path name = path;
     if (!written.empty()) name.replace_extension("." + part.extension);
-    write_file(name, part.bytes);
+    write_file(replaceable(name), part.bytes);
     written.push_back(name.string());
   }
   return written;

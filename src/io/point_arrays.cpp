@@ -73,7 +73,7 @@ Points read_points(const std::string& file) {
 }
 
 void write_points(const Points& points, const std::string& file) {
-  write_file(file, encode_npz(cloud_of(points, file)));
+  write_file(replaceable(file), encode_npz(cloud_of(points, file)));
 }
 
 }  // namespace firn

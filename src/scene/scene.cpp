@@ -154,7 +154,11 @@ struct Scene::State {
 
 Scene::Scene(State state) : state_(std::make_unique<State>(std::move(state))) {}
 
-Scene::Scene(const std::string& name) : Scene(State{{}, "scene"}) { set("name", name); }
+Scene::Scene(const std::string& name, const Place& place) : Scene(State{{}, "scene"}) {
+  set("name", name, place);
+}
+Scene::Scene(const std::string& name, const char* file, int line)
+    : Scene(name, Place{std::string(file) + ":" + std::to_string(line)}) {}
 Scene::Scene(const Scene& other) : Scene(State(*other.state_)) {}
 Scene::Scene(Scene&&) noexcept = default;
 Scene::~Scene() = default;

@@ -152,7 +152,7 @@ CheckReport report_on(const SceneConfig& scene, const CheckOptions& options) {
 
 CheckReport check_scene(const Scene& scene, const CheckOptions& options) {
   const SceneConfig config = config_of(scene);
-  return Threads(options.threads).run([&] { return report_on(config, options); });
+  return Threads(require_threads(options.threads)).run([&] { return report_on(config, options); });
 }
 
 }  // namespace firn

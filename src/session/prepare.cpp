@@ -61,6 +61,17 @@ Manifest new_manifest(const SessionOptions& options, const SceneConfig& scene, c
   return m;
 }
 
+int require_threads(int threads) {
+  if (threads >= 0) return threads;
+  throw Error(ErrorCode::usage, "threads", "expected a number of threads, or 0 for all of the machine");
+}
+
+void require_options(const SessionOptions& options) {
+  require_threads(options.threads);
+  if (options.out && (options.out->empty() || options.out->find('\0') != std::string::npos))
+    throw Error(ErrorCode::usage, "out", "expected the name of a folder");
+}
+
 std::size_t collider_number(const SceneConfig& scene, const std::string& name, const ColliderDriver& driver) {
   const std::vector<std::string> names = collider_names(scene);
   const auto found = std::find(names.begin(), names.end(), name);

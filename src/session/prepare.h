@@ -29,6 +29,11 @@ double expected_frame_seconds(const SceneConfig& scene, const SimulatedSnow* sno
 // The manifest of a run that begins now, with this machine and program filled in.
 Manifest new_manifest(const SessionOptions& options, const SceneConfig& scene, const std::string& isa);
 
+// The same number. Errors: usage Error below 0.
+int require_threads(int threads);
+// Errors: usage Error for options that no session can have.
+void require_options(const SessionOptions& options);
+
 // The index of a collider that is to be driven. Errors: usage Error for a name that none has, or a driver
 // that is empty.
 std::size_t collider_number(const SceneConfig& scene, const std::string& name, const ColliderDriver& driver);

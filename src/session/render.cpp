@@ -57,6 +57,7 @@ Manifest share(RunFolder& source) {
 
 std::unique_ptr<Session::State> begin_rendering(const std::string& target, const ReadOptions& reading,
                                                 const SessionOptions& options, Observer& observer) {
+  require_options(options);
   RunFolder source = RunFolder::open(target);
   const Manifest simulated = options.out ? read_manifest(source.manifest(), source.journal()) : share(source);
   const auto& kernels = choose_kernels(options.out ? options.isa : isa_of(options, simulated));

@@ -2,6 +2,7 @@
 // firn::Renderer: a scene, the frame tracer made of it, and threads of its own.
 #include "firn/renderer.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -12,6 +13,7 @@
 #include "src/core/vector.h"
 #include "src/render/frame_tracer.h"
 #include "src/scene/scene.h"
+#include "src/session/prepare.h"
 
 namespace firn {
 namespace {
@@ -52,7 +54,7 @@ void check_particle(const Snapshot& snapshot, std::size_t i) {
 
 struct Renderer::State {
   State(const SceneConfig& scene, const RendererOptions& options)
-      : threads(options.threads),
+      : threads(require_threads(options.threads)),
         tracer(make_frame_tracer(threads, options, scene)),
         snow(names_of_snow(scene)),
         colliders(collider_names(scene)),
@@ -80,6 +82,10 @@ void Renderer::State::require(const Snapshot& snapshot) const {
     const Vector3* const vectors[] = {&c.position, &c.velocity, &c.angular_velocity};
     bool finite = mat(c.rotation).allFinite() && std::isfinite(c.time);
     for (const Vector3* v : vectors) finite = finite && vec(*v).allFinite();
+    const Mat3 rotation = mat(c.rotation);
+    if (finite && (!(rotation * rotation.transpose()).isIdentity(1e-6) || rotation.determinant() < 0))
+      throw Error(ErrorCode::usage, "snapshot",
+                  "the rotation of the driven collider '" + c.name + "' is no rotation matrix");
     if (!finite)
       throw Error(ErrorCode::unstable, "snapshot",
                   "the driven collider '" + c.name + "' is not at a finite place");
@@ -87,6 +93,10 @@ void Renderer::State::require(const Snapshot& snapshot) const {
     throw Error(
         ErrorCode::usage, "snapshot",
         "the driven collider '" + c.name + "' is not in the renderer's scene (" + listed(colliders) + ")");
+  }
+  for (const double x : snapshot.origin) {
+    if (std::isfinite(x)) continue;
+    throw Error(ErrorCode::unstable, "snapshot", "its origin is not finite");
   }
   if (!std::isfinite(snapshot.time)) throw Error(ErrorCode::usage, "snapshot", "its time is not finite");
 }

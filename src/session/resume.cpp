@@ -83,6 +83,7 @@ bool is_complete(Session::State& run, const Unfinished& unfinished) {
 
 std::unique_ptr<Session::State> begin_again(const std::string& target, const SessionOptions& options,
                                             Observer& observer) {
+  require_options(options);
   RunFolder folder = RunFolder::open(target);
   folder.lock();
   Manifest manifest = read_manifest(folder.manifest(), folder.journal());

@@ -72,12 +72,14 @@ struct Simulation::State {
       : scene(std::move(made_of)),
         dx(grid_spacing(config)),
         placed(config.snow.size()),
-        threads(options.threads),
+        base(std::string_view(choose_kernels(options.isa).isa) == "base"),
+        threads(require_threads(options.threads)),
         solver(make_solver(threads, options, config)) {}
 
   Scene scene;         // with the snow that was added
   double dx;           // m
   std::size_t placed;  // snow objects at the start
+  bool base;           // whether its kernels are those of `base`, whose bits are others
   Threads threads;
   Solver solver;
 };
@@ -165,9 +167,9 @@ void Simulation::drive(const std::string& collider, ColliderDriver driver) {
   state_->threads.run([&] { state_->solver.drive(index, std::move(driver)); });
 }
 
-// "FIRNSIMU", u32 version, u64 snow objects at the start, u64 bytes of the scene as TOML, u64 bytes of the
-// state, both, for each array that the scene has in the place of a file u64 its number, u64 bytes, those of a
-// .npz; u64 XXH3 of all before.
+// "FIRNSIMU", u32 version, u32 1 if its kernels are those of `base`, u64 snow objects at the start, u64 bytes
+// of the scene as TOML, u64 bytes of the state, both, for each array that the scene has in the place of a
+// file u64 its number, u64 bytes, those of a .npz; u64 XXH3 of all before.
 void Simulation::save(std::ostream& out) const {
   std::ostringstream solver;
   state_->solver.save(solver);
@@ -176,6 +178,7 @@ void Simulation::save(std::ostream& out) const {
   const std::string scene = resolved_toml(config), arrays = saved_arrays(config);
   std::string head(kMagic);
   put(head, kVersion);
+  put(head, static_cast<std::uint32_t>(state_->base));
   put(head, static_cast<std::uint64_t>(state_->placed));
   put(head, static_cast<std::uint64_t>(scene.size()));
   put(head, static_cast<std::uint64_t>(state.size()));
@@ -198,6 +201,7 @@ Simulation Simulation::load(std::istream& in, const SimulationOptions& options) 
     reader.fail("a saved simulation of version " + std::to_string(version) + ", this firn reads version " +
                 std::to_string(kVersion));
   }
+  const bool base = reader.get<std::uint32_t>() != 0;
   const auto placed = reader.get<std::uint64_t>(), scene_bytes = reader.get<std::uint64_t>(),
              state_bytes = reader.get<std::uint64_t>();
   const std::string_view toml = reader.take(scene_bytes), state = reader.take(state_bytes);
@@ -216,7 +220,14 @@ Simulation Simulation::load(std::istream& in, const SimulationOptions& options) 
   const std::vector<SnowConfig> added(config.snow.begin() + static_cast<std::ptrdiff_t>(placed),
                                       config.snow.end());
   config.snow.resize(placed);
-  auto loaded = std::make_unique<State>(std::move(scene), config, options);
+  SimulationOptions same = options;
+  if (base && same.isa == "auto") same.isa = "base";
+  auto loaded = std::make_unique<State>(std::move(scene), config, same);
+  if (loaded->base != base) {
+    throw Error(ErrorCode::usage, "isa",
+                std::string("this state is one of the kernels of ") + (base ? "base" : "AVX") +
+                    ", and those of base and of AVX differ in the last bits");
+  }
   loaded->threads.run([&] {
     for (const SnowConfig& snow : added)
       loaded->solver.add({snow.name, snow.material, {}, {}, {}, 0, snow.terminal_velocity, {}, {}});

@@ -51,6 +51,7 @@ std::string opening_line(const Session::State& run, const Manifest& m, std::size
 std::unique_ptr<Session::State> begin_new(SceneConfig scene, const SessionOptions& options,
                                           Observer& observer) {
   require_text(scene);
+  require_options(options);
   const auto& kernels = choose_kernels(options.isa);
   Manifest manifest = new_manifest(options, scene, kernels.isa);
   set_frames(manifest, scene, options.frames);

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Pictures that a program takes of its own snow.
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -180,6 +183,19 @@ TEST_CASE("a renderer refuses what its scene does not know and what is no snow")
     Snapshot snow = simulation.snapshot();
     snow.driven[0].position[1] = NAN;
     CHECK_THAT(refusal([&] { renderer.render(snow); }).what(), Contains("'plate'") && Contains("finite"));
+    for (const Matrix3& wrong :
+         {Matrix3{}, Matrix3{2, 0, 0, 0, 2, 0, 0, 0, 2}, Matrix3{-1, 0, 0, 0, 1, 0, 0, 0, 1}}) {
+      snow = simulation.snapshot();
+      snow.driven[0].rotation = wrong;
+      CHECK_THAT(refusal([&] { renderer.render(snow); }).what(), Contains("no rotation matrix"));
+    }
+    for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        snow = simulation.snapshot();
+        snow.origin[axis] = bad;
+        CHECK_THAT(refusal([&] { renderer.render(snow); }).what(), Contains("origin"));
+      }
+    }
   }
   SECTION("values that no snow has") {
     const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
@@ -262,6 +278,14 @@ TEST_CASE("pictures are written as their names end") {
   CHECK(std::equal(bright.begin(), bright.end(), dark.begin(), std::greater_equal<>()));
   for (const char* name : {"x", "x.jpg", ".png", "x.png.gz"})
     CHECK_THAT(refusal([&] { write_picture(picture, folder / name); }).what(), Contains(".pfm or .exr"));
+  // A link is followed, and a device is left alone.
+  std::filesystem::create_symlink("b.png", folder / "link.png");
+  CHECK(write_picture(picture, folder / "link.png").size() == 1);
+  CHECK(std::filesystem::is_symlink(folder / "link.png"));
+  REQUIRE(::mkfifo((folder / "pipe.png").c_str(), 0600) == 0);
+  CHECK_THAT(refusal([&] { write_picture(picture, folder / "pipe.png"); }).what(),
+             Contains("no regular file"));
+  CHECK(std::filesystem::is_fifo(folder / "pipe.png"));
   CHECK(refusal([&] { write_picture(picture, folder / "none/x.png"); }).code() == ErrorCode::io);
   CHECK(refusal([&] { write_picture({}, folder / "x.png"); }).code() == ErrorCode::usage);
   Picture wrong = picture;

@@ -265,4 +265,45 @@ TEST_CASE("taking out what is not there changes nothing") {
   CHECK(one.time() == two.time());
 }
 
+TEST_CASE("a state goes on with kernels of its own bits alone") {
+  for (const char* isa : {"base", "auto"}) {
+    SimulationOptions options;
+    options.isa = isa;
+    Simulation simulation(bed(), options);
+    simulation.advance_to(0.01);
+    std::ostringstream out;
+    simulation.save(out);
+    simulation.advance_to(0.02);
+    std::istringstream in(out.str());
+    Simulation again = Simulation::load(in);  // whichever it has
+    again.advance_to(0.02);
+    CHECK(again.hash() == simulation.hash());
+  }
+  Simulation simulation(bed());
+  std::ostringstream out;
+  simulation.save(out);
+  std::istringstream in(out.str());
+  SimulationOptions base;
+  base.isa = "base";
+  if (Simulation(bed(), base).hash() == 0) FAIL("no state");
+  CHECK_THAT(refusal([&] { Simulation::load(in, base); }).what(),
+             Catch::Matchers::Contains("base and of AVX differ"));
+}
+
+TEST_CASE("options that nothing can have are refused") {
+  SimulationOptions options;
+  options.threads = -1;
+  CHECK(refusal([&] { Simulation(bed(), options); }).where() == "threads");
+  CHECK(refusal([&] { Renderer(bed(), {-5}); }).where() == "threads");
+  CHECK(refusal([&] { check_scene(bed(), {-1}); }).where() == "threads");
+  SessionOptions session;
+  session.threads = -2;
+  CHECK(refusal([&] { Session::start(bed(), session); }).where() == "threads");
+  session.threads = 0;
+  session.out = "";
+  CHECK(refusal([&] { Session::start(bed(), session); }).where() == "out");
+  CHECK_THAT(refusal([&] { Scene("a b").check(); }).what(),
+             Catch::Matchers::Contains("test_simulation.cpp:"));
+}
+
 }  // namespace firn::test::simulation
