@@ -78,7 +78,7 @@ def small(name: str, value: object) -> int:
     """A whole number of 32 bits. Errors: TypeError, UsageError."""
     if isinstance(value, bool) or not hasattr(value, "__index__"):
         raise TypeError(f"{name} is a whole number, not {value!r}")
-    number = operator.index(value)  # type: ignore[arg-type]
+    number = operator.index(value)
     if not -(2**31) <= number < 2**31:
         raise usage_error(name, f"{number} is out of range")
     return number
